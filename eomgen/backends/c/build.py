@@ -1,0 +1,174 @@
+"""Compiles the emitted C and the wrapper into an extension module.
+
+The wrapper's text is the same for every model, so its object files are made once per machine and set of versions
+and linked to each new kernel. Nothing here changes the working directory or `sys.path`.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import platform
+import shlex
+import shutil
+import subprocess
+import sys
+import sysconfig
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from eomgen.backends import cache
+from eomgen.errors import BuildError
+
+RUNTIME = Path(__file__).parent / "runtime"
+COMMON = ("-std=gnu11", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden")
+LOG = "build.log"
+
+
+@dataclass(frozen=True)
+class Toolchain:
+    """A C compiler and how it is called.
+
+    Attributes:
+        command: the compiler's command line so far.
+        version: the first line of its `--version`.
+        target: flags that choose the processor.
+        processor: what `native` stands for here, "" in a portable build.
+    """
+
+    command: tuple[str, ...]
+    version: str
+    target: tuple[str, ...]
+    processor: str
+
+    @property
+    def flags(self) -> tuple[str, ...]:
+        return (*COMMON, *self.target)
+
+
+@functools.cache
+def toolchain(command: str, portable: bool) -> Toolchain:
+    """The compiler of this command line.
+
+    Raises:
+        BuildError: it does not exist or does not run.
+    """
+    words = tuple(shlex.split(command))
+    advice = "install gcc or clang, set CC to one, or use the NumPy back end (--backend numpy)"
+    if not words or shutil.which(words[0]) is None:
+        raise BuildError(f"no C compiler: {command!r} is not on the path; {advice}")
+    try:
+        done = subprocess.run([*words, "--version"], capture_output=True, text=True, timeout=60, check=True)
+    except (OSError, subprocess.SubprocessError) as error:
+        raise BuildError(f"the C compiler {command!r} does not run ({error}); {advice}") from None
+    native = "-mcpu=native" if platform.machine() in ("aarch64", "arm64") else "-march=native"
+    lines = done.stdout.splitlines()
+    return Toolchain(
+        command=words,
+        version=lines[0] if lines else "",
+        target=() if portable else (native,),
+        processor="" if portable else _processor(),
+    )
+
+
+def selected(portable: bool = False) -> Toolchain:
+    """The compiler that $CC names, otherwise `cc`."""
+    return toolchain(os.environ.get("CC") or "cc", portable)
+
+
+def _processor() -> str:
+    """The features of this machine's processor, as far as the system tells."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return f"{platform.machine()} {platform.processor()}"
+    kept = {line for line in lines if line.startswith(("model name", "flags", "Features", "CPU part"))}
+    return hashlib.blake2b("\n".join(sorted(kept)).encode(), digest_size=8).hexdigest()
+
+
+def runtime_files() -> dict[str, str]:
+    """The files that are the same for every model."""
+    return {path.name: path.read_text(encoding="utf-8") for path in sorted(RUNTIME.iterdir()) if path.is_file()}
+
+
+def environment(tools: Toolchain) -> list[str]:
+    """Everything beside the sources that the compiled module depends on."""
+    return [
+        *tools.command,
+        tools.version,
+        *tools.flags,
+        tools.processor,
+        sys.version,
+        str(sysconfig.get_config_var("EXT_SUFFIX")),
+        _version("cython"),
+        _version("numpy"),
+    ]
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "absent"
+
+
+def build(folder: Path, name: str, tools: Toolchain) -> None:
+    """Compiles csrc/<name>.c in `folder` and links it with the wrapper into _kernel.
+
+    Raises:
+        BuildError: a step failed; the message names the log, which is kept.
+    """
+    with ThreadPoolExecutor(2) as pool:
+        wrapper = pool.submit(_wrapper, tools)
+        kernel = pool.submit(
+            _run, folder, [*tools.command, *tools.flags, "-O2", "-c", f"csrc/{name}.c", "-o", "kernel.o"]
+        )
+        kernel.result()
+        objects = wrapper.result()
+    suffix = sysconfig.get_config_var("EXT_SUFFIX")
+    shared = ["-bundle", "-undefined", "dynamic_lookup"] if sys.platform == "darwin" else ["-shared"]
+    parts = ["kernel.o", str(objects / "_kernel.o"), str(objects / "eomgen_batch.o")]
+    _run(folder, [*tools.command, *shared, *parts, "-lm", "-o", f"_kernel{suffix}"])
+    (folder / "kernel.o").unlink()
+    (folder / LOG).unlink()
+
+
+def _wrapper(tools: Toolchain) -> Path:
+    """The folder with the wrapper's object files, made if need be."""
+    import numpy
+
+    files = runtime_files()
+    key = cache.digest([*environment(tools), *files, *files.values()])
+    include = [f"-I{sysconfig.get_path('include')}", f"-I{numpy.get_include()}"]
+
+    def make(folder: Path) -> None:
+        cache.write(folder, files)
+        compiler = [*tools.command, *tools.flags]
+        _run(folder, [sys.executable, "-m", "cython", "-3", "_kernel.pyx", "-o", "_kernel.c"])
+        _run(folder, [*compiler, "-O1", *include, "-c", "_kernel.c", "-o", "_kernel.o"])
+        _run(folder, [*compiler, "-O3", "-c", "eomgen_batch.c", "-o", "eomgen_batch.o"])
+
+    return cache.publish(cache.folder() / "wrapper" / key, make)
+
+
+def _run(folder: Path, command: list[str]) -> None:
+    """Runs one step in a folder, appending what it prints to the log.
+
+    Raises:
+        BuildError: it failed.
+    """
+    log = folder / LOG
+    with log.open("a", encoding="utf-8") as stream:
+        stream.write(f"$ {shlex.join(command)}\n")
+        stream.flush()
+        try:
+            code = subprocess.run(command, cwd=folder, stdout=stream, stderr=subprocess.STDOUT, check=False).returncode
+        except OSError as error:
+            raise BuildError(f"cannot run {command[0]!r} ({error.strerror}); log: {log}") from None
+    if code:
+        step = "Cython" if "cython" in command else f"the C compiler {command[0]!r}"
+        said = next((line for line in log.read_text().splitlines() if "error" in line.lower()), "")
+        raise BuildError(f"{step} failed with exit code {code}{': ' + said if said else ''}; log: {log}")

@@ -1,0 +1,283 @@
+"""C source of a model: kernels for any type, the table of functions, a plain C interface."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable
+from fractions import Fraction
+
+from eomgen.backends.c import template
+from eomgen.backends.c.printer import CPrinter, number
+from eomgen.backends.package import init_source, legend
+from eomgen.ir.expr import Node
+from eomgen.ir.program import Array, Block, Place, Program
+from eomgen.ir.statements import statements
+from eomgen.model import Model
+
+TYPES = {"float64": ("f64", "f64v"), "float32": ("f32", "f32v"), "longdouble": ("f80", None)}
+PRINTER = CPrinter()
+
+
+def emit(model: Model) -> dict[str, str]:
+    """The files of the package by name, all but those that are the same for every model."""
+    return {
+        "__init__.py": init_source(model, "c", "_kernel"),
+        f"csrc/{model.name}_kernels.h": kernels(model),
+        f"csrc/{model.name}.c": table(model),
+        f"csrc/{model.name}.h": header(model),
+    }
+
+
+def kernels(model: Model) -> str:
+    """The functions, as text that is included once per type."""
+    parts = [template.KERNELS_HEAD.format(title=model.title, name=model.name, legend=legend(model, " * "))]
+    parts += [function(program) for program in model.programs]
+    return "\n".join(parts)
+
+
+def function(program: Program) -> str:
+    """The kernels of one function: its parts, the function itself, its constants."""
+    heading = template.SECTION.format(name=program.name, doc=program.doc, signature=program.signature)
+    pieces: list[str] = [heading]
+    if program.constants:
+        pieces.append("#if EOM_SCALAR_TEXT\n")
+        pieces.append(_routine(program, f"{program.name}_constants", program.constants, constants=True))
+        pieces.append("#endif\n")
+    pieces.append(_routine(program, program.name, program.blocks, constants=False))
+    return "\n".join(pieces)
+
+
+def _routine(program: Program, name: str, blocks: tuple[Block, ...], constants: bool) -> str:
+    """One C function; several blocks become functions of their own that it calls in order."""
+    parameters = template.CONSTANTS_PARAMETERS if constants else template.PARAMETERS
+    pointers = _pointers(program, constants)
+    bodies = [_block(program, block) for block in blocks]
+    if len(blocks) == 1:
+        return template.FUNCTION.format(
+            name=name, parameters=parameters, body=_indent([*_used(pointers, bodies[0]), *bodies[0]])
+        )
+    parts: list[str] = []
+    calls: list[str] = []
+    for number_, (block, body) in enumerate(zip(blocks, bodies, strict=True), 1):
+        lines = [f"/* {block.title} */", *_used(pointers, body), *body]
+        parts.append(
+            template.PART.format(name=f"{name}_{number_}", parameters=parameters, body=_indent(lines))
+        )
+        arguments = "p, c" if constants else "in, p, c, out, work"
+        calls.append(f"EOM_NAME({name}_{number_})({arguments});")
+    return "\n".join([*parts, template.FUNCTION.format(name=name, parameters=parameters, body=_indent(calls))])
+
+
+def _pointers(program: Program, constants: bool) -> dict[str, str]:
+    """A declaration for every array that is not itself a parameter of the C function."""
+    pointers: dict[str, str] = {}
+    if not constants:
+        position = 0
+        for array in program.inputs:
+            if array.name != "p":
+                pointers[array.name] = f"const real *const {array.name} = in[{position}];"
+                position += 1
+    offset = {"constants": 0, "work": 0}
+    for array in program.scratch:
+        if array.role == "constants":
+            kind = "scalar" if constants else "const scalar"
+            if array.name != "c" or offset["constants"]:
+                pointers[array.name] = f"{kind} *const {array.name} = c + {offset['constants']};"
+        else:
+            pointers[array.name] = f"real *const {array.name} = work + {offset['work']};"
+        offset[array.role] += array.size
+    return pointers
+
+
+def _used(pointers: dict[str, str], body: list[str]) -> list[str]:
+    text = "\n".join(body)
+    return [line for name, line in pointers.items() if f"{name}[" in text]
+
+
+def _block(program: Program, block: Block) -> list[str]:
+    """The lines of a block: statements, then stores; a loop around them if it repeats."""
+    loop = _Loop(block)
+    lines, texts = statements(block, PRINTER, loop.index_of)
+    scalar_rate = block in program.constants
+    for store in block.stores:
+        value = texts[store.node].text
+        target = f"{store.place.array}[{loop.index(store.place)}]"
+        if not scalar_rate and _is_scalar(program, block, store.node):
+            value = f"R({value})"
+        guard = f"if ({loop.index(store.place)} >= 0) " if -1 in store.place.indices else ""
+        lines.append(f"{guard}{target} {'+=' if store.add else '='} {value};")
+    return loop.around(lines)
+
+
+def _is_scalar(program: Program, block: Block, node: Node) -> bool:
+    """Whether the text of a node has the scalar type although the function works on vectors."""
+    while node.op == "neg" and node not in block.loads:
+        node = node.args[0]
+    if node in block.loads:
+        array = block.loads[node].array
+        return array == "p" or program.arrays[array].role == "constants"
+    return node.op == "constant"
+
+
+class _Loop:
+    """Indices of a block: numbers for straight-line code, expressions in the loop variable k for a loop."""
+
+    def __init__(self, block: Block) -> None:
+        self.block = block
+        self.tables: dict[tuple[int, ...], str] = {}
+
+    def index_of(self, node: Node) -> str:
+        return self.index(self.block.loads[node])
+
+    def index(self, place: Place) -> str:
+        indices = place.indices
+        if self.block.count == 1:
+            return str(indices[0])
+        stride = indices[1] - indices[0]
+        if all(b - a == stride for a, b in zip(indices, indices[1:], strict=False)):
+            return affine(indices[0], stride)
+        name = self.tables.setdefault(indices, f"at{len(self.tables)}")
+        return f"{name}[k]"
+
+    def around(self, lines: list[str]) -> list[str]:
+        if self.block.count == 1:
+            return lines
+        tables = [
+            f"static const int {name}[] = {{{', '.join(map(str, indices))}}};"
+            for indices, name in self.tables.items()
+        ]
+        body = [f"    {line}" for line in lines]
+        return [*tables, f"for (int k = 0; k < {self.block.count}; k++) {{", *body, "}"]
+
+
+def affine(start: int, stride: int) -> str:
+    """start + stride k, written as a person would."""
+    if stride == 0:
+        return str(start)
+    term = "k" if abs(stride) == 1 else f"{abs(stride)} * k"
+    if stride > 0:
+        return f"{start} + {term}" if start else term
+    return f"{start} - {term}"
+
+
+def table(model: Model) -> str:
+    """The table of functions and the plain C interface."""
+    suffixes = [TYPES[dtype] for dtype in model.dtypes]
+    includes: list[str] = []
+    for scalar, vector in suffixes:
+        includes.append(template.INCLUDE.format(name=model.name, real=scalar, scalar=scalar, text=1))
+        if vector:
+            includes.append(template.INCLUDE.format(name=model.name, real=vector, scalar=scalar, text=0))
+    entries: list[str] = []
+    interfaces: list[str] = []
+    for program in model.programs:
+        entries.append(_entry(program, model))
+        interfaces.append(_interface(program, model))
+    return template.TABLE.format(
+        title=model.title,
+        name=model.name,
+        includes="\n".join(includes),
+        shapes="\n".join(_shapes(program) for program in model.programs),
+        entries="\n".join(entries),
+        values=_wrap(", ".join(number_of(value) for value in model.p)) if model.p else "    0",
+        size=max(1, len(model.p)),
+        interfaces="\n".join(interfaces),
+    )
+
+
+def number_of(value: float) -> str:
+    """A double as a C literal."""
+    return number(Fraction(value))
+
+
+def _operands(program: Program) -> list[Array]:
+    return [*program.inputs, program.output]
+
+
+def _shapes(program: Program) -> str:
+    rows = ", ".join(str(array.shape[0]) for array in _operands(program))
+    columns = ", ".join(str(array.shape[1]) if len(array.shape) > 1 else "0" for array in _operands(program))
+    return (
+        f"static const int {program.name}_rows[] = {{{rows}}};\n"
+        f"static const int {program.name}_columns[] = {{{columns}}};"
+    )
+
+
+def _entry(program: Program, model: Model) -> str:
+    built: list[str] = []
+    for dtype, (scalar, vector) in TYPES.items():
+        if dtype not in model.dtypes:
+            built.append("{0, 0, 0}")
+            continue
+        first = f"EOM_CAST({program.name}_constants_{scalar})" if program.constants else "0"
+        lanes = f"EOM_CAST({program.name}_{vector})" if vector else "0"
+        built.append(f"{{{first}, EOM_CAST({program.name}_{scalar}), {lanes}}}")
+    return template.ENTRY.format(
+        name=program.name,
+        signature=program.signature,
+        doc=template.DOC.format(
+            name=program.name, arguments=", ".join(array.name for array in program.inputs), doc=program.doc
+        ),
+        inputs=len(program.inputs) - 1,
+        constants=program.size("constants"),
+        work=program.size("work"),
+        kernels=", ".join(built),
+    )
+
+
+def _prototype(program: Program, model: Model, batch: bool) -> str:
+    arguments = ["size_t states"] if batch else []
+    arguments += [f"const double *{array.name}" for array in program.inputs]
+    name = f"{model.name}_{program.name}{'_batch' if batch else ''}"
+    return f"void {name}({', '.join([*arguments, 'double *out'])})"
+
+
+def _interface(program: Program, model: Model) -> str:
+    if "float64" not in model.dtypes:
+        return ""
+    inputs = [array.name for array in program.inputs if array.name != "p"]
+    loads: list[str] = []
+    strides: list[int] = []
+    for array in _operands(program):
+        strides += [8] if len(array.shape) == 1 else [8 * array.shape[1], 8]
+    steps = [8 * array.size if array.name != "p" else 0 for array in _operands(program)]
+    arguments = [f"(char *){array.name}" for array in _operands(program)]
+    if program.constants:
+        loads.append(f"    {program.name}_constants_f64(p, c);")
+    return template.INTERFACE.format(
+        prototype=_prototype(program, model, batch=False),
+        batch=_prototype(program, model, batch=True),
+        name=program.name,
+        inputs=", ".join(inputs),
+        constants=max(1, program.size("constants")),
+        work=max(1, program.size("work")),
+        loads="\n".join(loads) or "    (void)p;",
+        arguments=", ".join(arguments),
+        steps=", ".join(map(str, [*steps, *strides])),
+        index=[other.name for other in model.programs].index(program.name),
+    )
+
+
+def header(model: Model) -> str:
+    """The plain C interface."""
+    prototypes: list[str] = []
+    for program in model.programs:
+        shapes = ", ".join(f"{array.name} {'x'.join(map(str, array.shape))}" for array in _operands(program))
+        prototypes.append(f"/* {program.doc}; {shapes} */")
+        prototypes += [_prototype(program, model, batch) + ";" for batch in (False, True)]
+    return template.HEADER.format(
+        title=model.title,
+        guard=f"EOMGEN_{model.name.upper()}_H",
+        name=model.name,
+        size=max(1, len(model.p)),
+        legend=legend(model, " * "),
+        prototypes="\n".join(prototypes) if "float64" in model.dtypes else "",
+    )
+
+
+def _indent(lines: Iterable[str]) -> str:
+    return "\n".join(f"    {line}" for line in lines)
+
+
+def _wrap(text: str) -> str:
+    return "\n".join(textwrap.wrap(text, 110, initial_indent="    ", subsequent_indent="    "))

@@ -1,0 +1,74 @@
+"""C text for expressions: one rule per operation.
+
+The text serves every type: `real` is a scalar or a vector of lanes (see `runtime/eomgen_real.h`). A product that
+is used once inside a sum becomes an explicit fused multiply-add, so that no compiler decides about rounding.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from eomgen.ir.expr import Node
+from eomgen.ir.statements import Text, infix, wrapped
+
+FUNCTIONS = {"pivot_inverse": "PIVOT_INVERSE", "sqrt": "SQRT", "exp": "EXP", "log": "LOG"}
+
+
+class CPrinter:
+    """The rules of C."""
+
+    def load(self, array: str, index: str) -> str:
+        return f"{array}[{index}]"
+
+    def constant(self, node: Node) -> Text:
+        text = number(node.value)
+        return Text(f"K({text})", 3, 0, node)
+
+    def operation(self, node: Node, args: list[Text]) -> Text:
+        if node.op in FUNCTIONS:
+            inner = ", ".join(arg.text for arg in args)
+            return Text(f"{FUNCTIONS[node.op]}({inner})", 3, 1 + max(arg.depth for arg in args), node)
+        if node.op == "add" or node.op == "sub":
+            fused = self._fused(node, *args)
+            if fused is not None:
+                return fused
+        return infix(node, args)
+
+    def _fused(self, node: Node, left: Text, right: Text) -> Text | None:
+        """fma for a sum with a product that has no name of its own."""
+        minus = node.op == "sub"
+        for product, other, flip in ((left, right, False), (right, left, minus)):
+            if product.node.op != "mul" or product.rank != 2:
+                continue
+            a, b = self._factors(product)
+            addend = other.text if not minus or flip else f"-{wrapped(other, 3)}"
+            first = f"-{a}" if flip else a
+            return Text(f"FMA({first}, {b}, {addend})", 3, 1 + max(left.depth, right.depth), node)
+        return None
+
+    def _factors(self, product: Text) -> tuple[str, str]:
+        """The two factors of a product printed by `infix`."""
+        depth = 0
+        for position in range(len(product.text) - 1, -1, -1):
+            character = product.text[position]
+            depth += (character == ")") - (character == "(")
+            if depth == 0 and product.text.startswith(" * ", position):
+                return product.text[:position], product.text[position + 3 :]
+        raise AssertionError(product.text)
+
+    def assign(self, name: str, text: str) -> str:
+        return f"const real {name} = {text};"
+
+    def sincos(self, angle: str, sine: str, cosine: str) -> list[str]:
+        return [f"real {sine}, {cosine};", f"SINCOS({angle}, &{sine}, &{cosine});"]
+
+
+def number(value: int | Fraction) -> str:
+    """A literal that reads back to the nearest number of any type: shortest if a double holds it exactly."""
+    nearest = float(value)
+    if Fraction(nearest) == value:
+        return repr(nearest)
+    scale = Fraction(value)
+    exponent = len(str(abs(scale.numerator))) - len(str(scale.denominator))
+    digits = round(scale * Fraction(10) ** (24 - exponent))
+    return f"{digits}e{exponent - 24}"

@@ -1,0 +1,75 @@
+# cython: language_level=3, binding=False, auto_pickle=False, embedsignature=False
+"""Registers the functions of a compiled model as NumPy generalised ufuncs.
+
+This text is the same for every model: names, signatures and loops come from the model's own table.
+"""
+
+from libc.stdlib cimport malloc
+
+cdef extern from *:
+    """
+    #define NPY_NO_DEPRECATED_API NPY_1_22_API_VERSION
+    #include <numpy/arrayobject.h>
+    #include <numpy/ufuncobject.h>
+    """
+    enum: NPY_FLOAT
+    enum: NPY_DOUBLE
+    enum: NPY_LONGDOUBLE
+    ctypedef void (*PyUFuncGenericFunction)(char **, const Py_ssize_t *, const Py_ssize_t *, void *)
+    int _import_array() except -1
+    int _import_umath() except -1
+    object PyUFunc_FromFuncAndDataAndSignature(
+        PyUFuncGenericFunction *loops, void **data, const char *types, int ntypes, int nin, int nout,
+        int identity, const char *name, const char *doc, int unused, const char *signature)
+
+cdef extern from "eomgen_model.h":
+    ctypedef struct eom_kernels:
+        void *one
+    ctypedef struct eom_function:
+        const char *name
+        const char *signature
+        const char *doc
+        int inputs
+        eom_kernels f64, f32, f80
+    const eom_function eom_functions[]
+    const int eom_function_count
+    void eom_loop_f64(char **, const Py_ssize_t *, const Py_ssize_t *, void *)
+    void eom_loop_f32(char **, const Py_ssize_t *, const Py_ssize_t *, void *)
+    void eom_loop_f80(char **, const Py_ssize_t *, const Py_ssize_t *, void *)
+
+
+cdef object register(const eom_function *f):
+    # NumPy keeps these arrays for the life of the ufunc, which is that of the process.
+    cdef int operands = f.inputs + 2, count = 0, i, k
+    cdef PyUFuncGenericFunction *loops = <PyUFuncGenericFunction *>malloc(3 * sizeof(PyUFuncGenericFunction))
+    cdef void **data = <void **>malloc(3 * sizeof(void *))
+    cdef char *types = <char *>malloc(3 * operands)
+    cdef char kind[3]
+    if loops == NULL or data == NULL or types == NULL:
+        raise MemoryError
+    if f.f32.one != NULL:
+        loops[count] = eom_loop_f32
+        kind[count] = NPY_FLOAT
+        count += 1
+    if f.f64.one != NULL:
+        loops[count] = eom_loop_f64
+        kind[count] = NPY_DOUBLE
+        count += 1
+    if f.f80.one != NULL:
+        loops[count] = eom_loop_f80
+        kind[count] = NPY_LONGDOUBLE
+        count += 1
+    for k in range(count):
+        data[k] = <void *>f
+        for i in range(operands):
+            types[k * operands + i] = kind[k]
+    return PyUFunc_FromFuncAndDataAndSignature(
+        loops, data, types, count, f.inputs + 1, 1, -1, f.name, f.doc, 0, f.signature)
+
+
+_import_array()
+_import_umath()
+functions = {}
+for index in range(eom_function_count):
+    functions[eom_functions[index].name.decode()] = register(&eom_functions[index])
+globals().update(functions)

@@ -1,0 +1,46 @@
+/* eomgen_model.h: what a compiled model offers to a caller that knows nothing of it.
+ *
+ * The model exports one table, `eom_functions`. eomgen_batch.c runs any of its functions over arrays of states with
+ * strides; the Python wrapper registers the entries as generalised ufuncs.
+ */
+#ifndef EOMGEN_MODEL_H
+#define EOMGEN_MODEL_H
+
+#include <stdint.h>
+
+/* A function for one type. The pointers are cast by eomgen_batch.c to
+ *
+ *     void constants(const scalar *p, scalar *c);
+ *     void one(const scalar *const *inputs, const scalar *p, const scalar *c, scalar *out, scalar *work);
+ *     void lanes(const vector *const *inputs, const scalar *p, const scalar *c, vector *out, vector *work);
+ *
+ * `constants` computes what depends on the parameters only. A null `one` means that the type was not built, a null
+ * `lanes` that there are no vectors of it.
+ */
+typedef struct {
+    void (*constants)(void);
+    void (*one)(void);
+    void (*lanes)(void);
+} eom_kernels;
+
+typedef struct {
+    const char *name;
+    const char *signature; /* of the generalised ufunc */
+    const char *doc;
+    int inputs;         /* arguments before p */
+    const int *rows;    /* first dimension of each operand: the inputs, p, the result */
+    const int *columns; /* second dimension, 0 for a vector */
+    int constants;      /* size of c */
+    int work;           /* size of work */
+    eom_kernels f64, f32, f80;
+} eom_function;
+
+extern const eom_function eom_functions[];
+extern const int eom_function_count;
+
+/* Loops of a generalised ufunc: args, dimensions and steps as NumPy hands them over, data an eom_function. */
+void eom_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
+void eom_loop_f32(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
+void eom_loop_f80(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
+
+#endif

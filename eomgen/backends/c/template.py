@@ -1,0 +1,146 @@
+"""Frames of the emitted C; they hold only what never varies."""
+
+KERNELS_HEAD = """\
+/* {title}
+ *
+ * The equations, as one text for every type: {name}.c includes it once for each. `real` is a scalar or a vector of
+ * lanes (a lane is a state), `scalar` its element; FMA, SINCOS, ... are those of eomgen_real.h.
+ *
+{legend}
+ */
+#define real eom_real
+#define R(x) ((x) - (real){{0}}) /* a scalar in every lane; a vector as it is */
+#define K(x) ((scalar)(x))
+#define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
+#define SINCOS(x, s, c) eom_sincos(R(x), s, c)
+#define PIVOT_INVERSE(pivot, reference) eom_pivot_inverse(R(pivot), R(reference))
+#define SQRT(x) eom_sqrt(R(x))
+#define EXP(x) eom_exp(R(x))
+#define LOG(x) eom_log(R(x))
+"""
+
+SECTION = """\
+/* ---- {name} ----
+ * {doc}
+ * {signature}
+ */"""
+
+PARAMETERS = "const real *const *in, const scalar *p, const scalar *c, real *restrict out, real *restrict work"
+CONSTANTS_PARAMETERS = "const scalar *p, scalar *restrict c"
+
+FUNCTION = """\
+static void EOM_NAME({name})({parameters})
+{{
+{body}
+}}
+"""
+
+PART = """\
+static __attribute__((noinline)) void EOM_NAME({name})({parameters})
+{{
+{body}
+}}
+"""
+
+INCLUDE = """\
+#define EOM_REAL {real}
+#define scalar eom_{scalar}
+#define EOM_SCALAR_TEXT {text}
+#include "{name}_kernels.h"
+#undef real
+#undef scalar
+#undef R
+#undef K
+#undef FMA
+#undef SINCOS
+#undef PIVOT_INVERSE
+#undef SQRT
+#undef EXP
+#undef LOG
+#undef EOM_SCALAR_TEXT
+#undef EOM_REAL
+"""
+
+TABLE = """\
+/* {title}
+ *
+ * The kernels of every type, the table through which eomgen_batch.c finds them, and the functions of {name}.h.
+ */
+#include "{name}.h"
+
+#include "eomgen_model.h"
+#include "eomgen_real.h"
+
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#pragma GCC diagnostic ignored "-Wpsabi"
+
+{includes}
+{shapes}
+
+#define EOM_CAST(kernel) ((void (*)(void))(kernel))
+
+const eom_function eom_functions[] = {{
+{entries}
+}};
+const int eom_function_count = sizeof eom_functions / sizeof eom_functions[0];
+
+const double {name}_p[{size}] = {{
+{values}
+}};
+
+{interfaces}"""
+
+ENTRY = """\
+    {{"{name}", "{signature}",
+     "{doc}",
+     {inputs}, {name}_rows, {name}_columns, {constants}, {work},
+     {kernels}}},"""
+
+DOC = "{name}({arguments})\\n\\n{doc}."
+
+INTERFACE = """\
+{prototype}
+{{
+    const double *in[] = {{{inputs}}};
+    double c[{constants}], work[{work}];
+{loads}
+    {name}_f64(in, p, c, out, work);
+}}
+
+{batch}
+{{
+    char *args[] = {{{arguments}}};
+    const intptr_t dimensions[] = {{(intptr_t)states}}, steps[] = {{{steps}}};
+    eom_loop_f64(args, dimensions, steps, (void *)&eom_functions[{index}]);
+}}
+"""
+
+HEADER = """\
+/* {title}
+ *
+ * Plain C interface; link {name}.c and eomgen_batch.c (compile with -O2 -ffp-contract=off, no -ffast-math).
+ * Arrays are row-major and must not overlap the result. The _batch functions run over `states` rows of every
+ * argument but p, in vector lanes.
+ *
+{legend}
+ */
+#ifndef {guard}
+#define {guard}
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {{
+#endif
+
+/* The scene's own parameters. */
+extern const double {name}_p[{size}];
+
+{prototypes}
+
+#ifdef __cplusplus
+}}
+#endif
+
+#endif
+"""

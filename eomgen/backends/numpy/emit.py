@@ -1,0 +1,93 @@
+"""NumPy source of a model: one Python function per function, on arrays over states."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from eomgen.backends.numpy import template
+from eomgen.backends.numpy.printer import NumPyPrinter
+from eomgen.backends.package import init_source
+from eomgen.ir.program import Block, Place, Program
+from eomgen.ir.statements import statements
+from eomgen.model import Model
+
+RUNTIME = Path(__file__).parent / "runtime" / "_gufunc.py"
+PRINTER = NumPyPrinter()
+BLOCK_BYTES = 1 << 20  # of temporaries that are alive together
+SMALLEST, LARGEST = 64, 4096  # states per block
+
+
+def emit(model: Model) -> dict[str, str]:
+    """The files of the package by name."""
+    return {
+        "__init__.py": init_source(model, "numpy", "_kernel"),
+        "_kernel.py": kernel(model),
+        "_gufunc.py": RUNTIME.read_text(encoding="utf-8"),
+    }
+
+
+def kernel(model: Model) -> str:
+    """The module with all functions."""
+    parts = [template.HEAD.format(title=model.title)]
+    for program in model.programs:
+        shapes = tuple(array.shape for array in program.inputs)
+        arguments = ", ".join(array.name for array in program.inputs)
+        if program.constants:
+            parts.append(_routine(program, f"_{program.name}_constants", "p", program.constants, "c"))
+        parts.append(_routine(program, f"_{program.name}", f"{arguments}, c", program.blocks, "out"))
+        parts.append(
+            template.FUNCTION.format(
+                name=program.name,
+                doc=f"{program.name}({arguments})\\n\\n{program.doc}.",
+                shapes=repr(shapes),
+                result=repr(program.output.shape),
+                signature=program.signature,
+                constants=f"_{program.name}_constants" if program.constants else None,
+                block=_block_size(program),
+                dtypes=repr(model.dtypes),
+            )
+        )
+    return "\n".join(parts)
+
+
+def _block_size(program: Program) -> int:
+    """States per block: as many as keep the temporaries in the cache."""
+    values = sum(len(block.nodes()) for block in program.blocks) // 2 + program.output.size
+    return max(SMALLEST, min(LARGEST, BLOCK_BYTES // (8 * max(values, 1)) // 64 * 64))
+
+
+def _routine(program: Program, name: str, arguments: str, blocks: tuple[Block, ...], result: str) -> str:
+    """One Python function; its result is the list of the elements of `result`."""
+    role = "constants" if result == "c" else "work"
+    lines = [f"{array.name} = [0.0] * {array.size}" for array in program.scratch if array.role == role]
+    if result == "out":
+        lines.append(f"out = [0.0] * {program.output.size}")
+    for block in blocks:
+        lines += _block(block)
+    names = [array.name for array in program.scratch if array.role == "constants"]
+    returned = "out" if result == "out" else f"({', '.join(names)},)"
+    unpacked = f"{', '.join(names)}, = c" if names and result == "out" else ""
+    body = [*([unpacked] if unpacked else []), *lines, f"return {returned}"]
+    text = "\n".join(f"    {line}" for line in body)
+    return template.ROUTINE.format(name=name, arguments=arguments, body=text)
+
+
+def _block(block: Block) -> list[str]:
+    def index(place: Place) -> str:
+        if block.count == 1:
+            return str(place.indices[0])
+        stride = place.indices[1] - place.indices[0]
+        if all(b - a == stride for a, b in zip(place.indices, place.indices[1:], strict=False)):
+            return f"{place.indices[0]} + {stride} * k"
+        return f"{place.indices!r}[k]"
+
+    lines, texts = statements(block, PRINTER, lambda node: index(block.loads[node]))
+    for store in block.stores:
+        guard = f"if {index(store.place)} >= 0: " if -1 in store.place.indices else ""
+        sign = "+=" if store.add else "="
+        target = f"{store.place.array}[{index(store.place)}]"
+        value = f"{target} + {texts[store.node].text}" if store.add else texts[store.node].text
+        lines.append(f"{guard}{target} {'=' if store.add else sign} {value}")
+    if block.count == 1:
+        return [f"# {block.title}", *lines]
+    return [f"# {block.title}", f"for k in range({block.count}):", *(f"    {line}" for line in lines)]

@@ -1,0 +1,160 @@
+"""Generalised ufuncs in Python: broadcasting, shape errors and blocks for vectorised functions.
+
+A call checks the core shapes as NumPy does (and in its words), broadcasts the leading axes, and evaluates the
+function on blocks of states small enough for the cache, so no temporary is larger than a block.
+"""
+
+import numpy
+
+
+class Function:
+    """A function of arrays, called like a NumPy generalised ufunc.
+
+    Args:
+        name: its name.
+        doc: its docstring.
+        shapes: core shapes of the arguments; the last argument is p.
+        result: core shape of the result.
+        signature: the generalised ufunc's signature.
+        constants: maps p (a sequence of numbers or arrays) to what depends on p only; None if nothing does.
+        kernel: maps the arguments' elements, p and the constants to the elements of the result.
+        block: states per evaluation.
+        dtypes: names of the types it is offered for.
+    """
+
+    def __init__(self, name, doc, shapes, result, signature, constants, kernel, block, dtypes):
+        self.__name__ = self.__qualname__ = name
+        self.__doc__ = doc
+        self.signature = signature
+        self.nin, self.nout, self.nargs = len(shapes), 1, len(shapes) + 1
+        self._shapes, self._result = shapes, result
+        self._constants, self._kernel, self._block = constants, kernel, block
+        self._dtypes = [numpy.dtype(dtype) for dtype in dtypes]
+
+    def __repr__(self):
+        return f"<function {self.__name__!r} {self.signature}>"
+
+    def __reduce__(self):
+        # By reference, as NumPy's own ufuncs; __module__ is set by the package.
+        return getattr, (_Importer(self.__module__), self.__name__)
+
+    def __call__(self, *arguments, out=None):
+        if len(arguments) == self.nargs and out is None:
+            *arguments, out = arguments
+        if len(arguments) != self.nin:
+            count = f"from {self.nin} to {self.nargs} positional arguments but {len(arguments)} were given"
+            raise TypeError(f"{self.__name__}() takes {count}")
+        if isinstance(out, tuple):
+            (out,) = out
+        arrays = [numpy.asarray(argument) for argument in arguments]
+        dtype = self._dtype(arrays)
+        arrays = [array.astype(dtype, copy=False) for array in arrays]
+        batch = self._batch(arrays)
+        result = self._output(out, batch, dtype)
+        self._evaluate(arrays, batch, result, dtype)
+        if out is None:
+            return result if batch or self._result else result[()]
+        if result is not out:
+            out[...] = result
+        return out
+
+    def _dtype(self, arrays):
+        """The first offered type that holds all arguments."""
+        for dtype in self._dtypes:
+            if all(numpy.can_cast(array.dtype, dtype) for array in arrays):
+                return dtype
+        types = tuple(array.dtype for array in arrays)
+        raise TypeError(
+            f"ufunc {self.__name__!r} not supported for the input types, and the inputs could not be safely "
+            f"coerced to any supported types according to the casting rule ''safe'': {types}"
+        )
+
+    def _batch(self, arrays):
+        """The broadcast leading shape; core shapes must be exactly the function's."""
+        leading = []
+        for position, (array, core) in enumerate(zip(arrays, self._shapes, strict=True)):
+            if array.ndim < len(core):
+                raise ValueError(
+                    f"{self.__name__}: Input operand {position} does not have enough dimensions (has {array.ndim}, "
+                    f"gufunc core with signature {self.signature} requires {len(core)})"
+                )
+            split = array.ndim - len(core)
+            for axis, (size, wanted) in enumerate(zip(array.shape[split:], core, strict=True)):
+                if size != wanted and wanted:
+                    raise ValueError(
+                        f"{self.__name__}: Input operand {position} has a mismatch in its core dimension {axis}, with "
+                        f"gufunc signature {self.signature} (size {size} is different from {wanted})"
+                    )
+            leading.append(array.shape[:split])
+        return numpy.broadcast_shapes(*leading)
+
+    def _output(self, out, batch, dtype):
+        shape = (*batch, *self._result)
+        if out is None:
+            return numpy.empty(shape, dtype)
+        if not isinstance(out, numpy.ndarray):
+            raise TypeError("return arrays must be of ArrayType")
+        if out.shape != shape:
+            raise ValueError(
+                f"{self.__name__}: Output operand 0 has shape {out.shape}, with gufunc signature {self.signature} "
+                f"and these inputs it must have {shape}"
+            )
+        if not numpy.can_cast(dtype, out.dtype, "same_kind"):
+            raise TypeError(f"Cannot cast ufunc {self.__name__!r} output from {dtype!r} to {out.dtype!r}")
+        if not out.flags.writeable:
+            raise ValueError("output array is read-only")
+        # Written at once where that is safe; otherwise through an array of its own.
+        return out if out.dtype == dtype else numpy.empty(shape, dtype)
+
+    def _evaluate(self, arrays, batch, result, dtype):
+        """Fills `result` block by block."""
+        if not batch:
+            batch, result = (1,), result[numpy.newaxis]
+        flat = []
+        for array, core in zip(arrays, self._shapes, strict=True):
+            leading = array.shape[: array.ndim - len(core)]
+            if numpy.may_share_memory(array, result):
+                array = array.copy()
+            # One set of values for all states stays one; anything else is seen as if it had the full shape.
+            if all(size == 1 for size in leading):
+                flat.append((None, array.reshape(-1)))
+            else:
+                flat.append((numpy.broadcast_to(array, (*batch, *array.shape[len(leading) :])), None))
+        states = int(numpy.prod(batch, dtype=numpy.intp))
+        size = int(numpy.prod(self._result, dtype=numpy.intp))
+        shared = flat[-1][1]
+        constants = self._constants(shared) if self._constants and shared is not None else ()
+        for first in range(0, states, self._block):
+            last = min(first + self._block, states)
+            where = numpy.unravel_index(numpy.arange(first, last), batch) if len(batch) != 1 else slice(first, last)
+            values = [_elements(array[where]) if one is None else one for array, one in flat]
+            known = self._constants(values[-1]) if self._constants and shared is None else constants
+            elements = self._kernel(*values, known)
+            block = numpy.empty((last - first, size), dtype)
+            for position, element in enumerate(elements):
+                block[:, position] = element
+            result[where] = block.reshape((last - first, *self._result))
+
+
+class _Importer:
+    """Stands for a module in a pickle."""
+
+    def __init__(self, name):
+        self._name = name
+
+    def __reduce__(self):
+        import importlib
+
+        return importlib.import_module, (self._name,)
+
+
+def _elements(block):
+    """Contiguous arrays over the states of a block, one per element of the core."""
+    return numpy.ascontiguousarray(block.reshape(len(block), -1).T)
+
+
+def pivot_inverse(pivot, reference):
+    """1/pivot where it is safely positive beside the reference (above 16 eps), elsewhere NaN and an invalid flag."""
+    eps = numpy.finfo(numpy.result_type(pivot, 0.0)).eps
+    safe = numpy.greater(pivot, 16 * eps * reference)
+    return numpy.divide(numpy.where(safe, 1, 0), numpy.where(safe, pivot, 0), dtype=numpy.result_type(pivot, 0.0))

@@ -1,0 +1,34 @@
+"""Frames of the emitted Python; they hold only what never varies."""
+
+HEAD = '''\
+"""{title}
+
+The functions take sequences of arrays over states (q[0], q[1], ...) and return a list of such arrays; the
+`Function` objects at the end of each section give them the shapes and the broadcasting of generalised ufuncs.
+"""
+
+import numpy
+
+from ._gufunc import Function, pivot_inverse
+
+'''
+
+ROUTINE = """
+def {name}({arguments}):
+{body}
+"""
+
+FUNCTION = """
+{name} = Function(
+    "{name}",
+    "{doc}",
+    {shapes},
+    {result},
+    "{signature}",
+    {constants},
+    _{name},
+    {block},
+    {dtypes},
+)
+{name}.__module__ = __name__
+"""

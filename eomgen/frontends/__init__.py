@@ -1,0 +1,26 @@
+"""The methods of derivation: a module each, by the name a user types."""
+
+from collections.abc import Callable
+
+from eomgen.errors import OptionError, unknown
+from eomgen.frontends import articulated, lagrange, matrix, recursive
+from eomgen.frontends.mechanism import Mechanism
+from eomgen.ir.equations import Equations
+
+METHODS: dict[str, Callable[[Mechanism], Equations]] = {
+    "lagrange": lagrange.derive,
+    "recursive": recursive.derive,
+    "matrix": matrix.derive,
+    "articulated": articulated.derive,
+}
+
+
+def derive(mechanism: Mechanism, method: str) -> Equations:
+    """The equations of a scene by the method of this name.
+
+    Raises:
+        OptionError: there is no such method.
+    """
+    if method not in METHODS:
+        raise OptionError(unknown("method", method, METHODS))
+    return METHODS[method](mechanism)

@@ -1,0 +1,459 @@
+"""The articulated-body recursion for a planar tree, O(n) in the number of links.
+
+Angles are absolute, so a subtree acts on the link that carries it only through a force at the joint, and that
+force is affine in the joint's acceleration a: F = Λ a + b with a symmetric 2 × 2 articulated inertia Λ
+(Featherstone 2008, chapter 7, in the plane). A walk from the tips to the root eliminates one link after the
+other, a walk back gives the accelerations. Gravity is an upward acceleration of the ground.
+
+Every function of this method is one or two *walks*. A walk visits the links in one direction; its step maps
+what comes in (from the children, summed, or from the parent) to what goes out, plus results. The same steps
+serve straight-line code (called once per link) and loops (called once per kind of link on stand-in symbols).
+
+Λ is kept as p I + d (x x - y y) + e (x y + y x) in world axes: a rotation turns (d, e) by the double angle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+from eomgen.frontends.mechanism import LinkSymbols, Mechanism, MechanismEquations
+from eomgen.ir.equations import Equations, Matrix, Vector
+from eomgen.ir.expr import Node
+from eomgen.links import Body
+
+Flow = tuple[Node, ...]
+Results = dict[str, Node]
+Step = Callable[[LinkSymbols, Flow], tuple[Flow, Results]]
+
+
+@dataclass(frozen=True)
+class Walk:
+    """One pass over the links.
+
+    Attributes:
+        upward: from the tips to the root; otherwise from the root to the tips.
+        names: names of the quantities that flow.
+        start: what flows into a root link on a downward walk; an upward walk starts from zeros.
+        step: maps a link and the inflow to the outflow and the results.
+    """
+
+    upward: bool
+    names: tuple[str, ...]
+    start: Flow
+    step: Step
+
+
+def unroll(mechanism: Mechanism, walks: list[Walk]) -> list[Results]:
+    """The results of the walks for every link, as straight-line expressions."""
+    links, parents, zero = mechanism.links, mechanism.parents, mechanism.graph.zero
+    results: list[Results] = [{} for _ in links]
+    for walk in walks:
+        if walk.upward:
+            inflow = [[zero] * len(walk.names) for _ in links]
+            for i in range(len(links) - 1, -1, -1):
+                outflow, found = walk.step(links[i], tuple(inflow[i]))
+                results[i].update(found)
+                if parents[i] >= 0:
+                    total = inflow[parents[i]]
+                    inflow[parents[i]] = [a + b for a, b in zip(total, outflow, strict=True)]
+        else:
+            flows: list[Flow] = []
+            for link, parent in zip(links, parents, strict=True):
+                outflow, found = walk.step(link, flows[parent] if parent >= 0 else walk.start)
+                results[len(flows)].update(found)
+                flows.append(outflow)
+    return results
+
+
+def forward_dynamics(mechanism: Mechanism, pivots: list[tuple[str, Node]] | None = None) -> list[Walk]:
+    """Walks that give φ̈ and s̈ from the inputs.
+
+    Args:
+        mechanism: the scene as symbols.
+        pivots: collects the pivots by coordinate, in the order of elimination.
+    """
+    zero = mechanism.graph.zero
+    solved: dict[LinkSymbols, _Solved] = {}
+
+    def lift(link: LinkSymbols, below: Flow) -> tuple[Flow, Results]:
+        solved[link] = (_Lumped if _is_lumped(link) else _General)(link, below)
+        if pivots is not None:
+            pivots.extend((f"{link.name}.{kind}", pivot) for kind, pivot in solved[link].pivots.items())
+        return solved[link].above, {}
+
+    def drop(link: LinkSymbols, joint: Flow) -> tuple[Flow, Results]:
+        return solved[link].accelerations(*joint)
+
+    return [
+        Walk(True, ("inertia_p", "inertia_d", "inertia_e", "force_x", "force_y", "torque"), (), lift),
+        Walk(False, ("acceleration_x", "acceleration_y"), (zero, mechanism.gravity), drop),
+    ]
+
+
+class _Solved:
+    """A link whose own accelerations are eliminated.
+
+    Attributes:
+        above: Λ (p, d, e), b (x, y) and the joint torque that the parent feels.
+        pivots: the pivots by the coordinate they belong to, the first eliminated first.
+    """
+
+    above: Flow
+    pivots: dict[str, Node]
+
+    def accelerations(self, x: Node, y: Node) -> tuple[Flow, Results]:
+        """The far end's acceleration, and φ̈ and s̈, from the joint's acceleration."""
+        raise NotImplementedError
+
+
+class _General(_Solved):
+    """Any link: elimination of s̈ (if the length is free), then of φ̈, in link axes (u along, n across).
+
+    With c the known part of the far end's acceleration and b' = b + Λ c the equations of the link are
+
+        T φ̈ + L Λ_n (L' s̈, L φ̈) + (S n + L Λ_n) a + 2 X ṡ φ̇ + L b'_n = Q_φ        (Λ_n the row of Λ across)
+        S'' s̈ + L' Λ_u (L' s̈, L φ̈) + (S' u + L' Λ_u) a - X φ̇² + L' b'_u = Q_s
+    """
+
+    def __init__(self, link: LinkSymbols, below: Flow) -> None:
+        p, d, e, x, y, torque = below
+        self.link = link
+        k, c, s = link.moments, link.cos, link.sin
+        L, L1 = link.L, link.L1
+        cos2, sin2 = c * c - s * s, 2 * c * s
+        turned = cos2 * d + sin2 * e
+        along, mixed, across = p + turned, cos2 * e - sin2 * d, p - turned
+        given = link.length_acceleration if link.varies and not link.free else link.graph.zero
+        self.square = link.rate * link.rate
+        self.coriolis = 2 * (link.length_rate * link.rate)
+        self.end_along, self.end_across = L1 * given - L * self.square, L1 * self.coriolis
+        b_along = c * x + s * y + along * self.end_along + mixed * self.end_across
+        b_across = c * y - s * x + mixed * self.end_along + across * self.end_across
+        effort = link.torque - link.joint_spring
+
+        pivot, reference = k.T + L * L * across, k.T + L * L * p
+        u, n = L * mixed, k.S + L * across
+        right = effort - torque - L * b_across - k.X * self.coriolis
+        force_along = b_along - k.S * self.square + k.S1 * given
+        force_across = b_across + k.S1 * self.coriolis
+        self.pivots = {}
+        if link.free:
+            self.pivots["length"] = k.S2 + L1 * L1 * along
+            self.slide = link.graph.pivot_inverse(self.pivots["length"], k.S2 + L1 * L1 * p)
+            self.slide_u, self.slide_n = k.S1 + L1 * along, L1 * mixed
+            self.slide_right = link.force - link.spring - L1 * b_along + k.X * self.square
+            self.slide_turn = L * L1 * mixed
+            share = self.slide_turn * self.slide
+            pivot = pivot - self.slide_turn * share
+            u, n = u - self.slide_u * share, n - self.slide_n * share
+            right = right - share * self.slide_right
+        self.pivots["angle"] = pivot
+        inverse = link.graph.pivot_inverse(pivot, reference)
+        self.gain_u, self.gain_n, self.free_turn = u * inverse, n * inverse, right * inverse
+        force_along = force_along + u * self.free_turn
+        force_across = force_across + n * self.free_turn
+        if link.free:
+            pushed = self.slide_right * self.slide
+            force_along = force_along + self.slide_u * pushed
+            force_across = force_across + self.slide_n * pushed
+            slide_u, slide_n = self.slide_u * self.slide, self.slide_n * self.slide
+            left_u = k.m + along - self.slide_u * slide_u - u * self.gain_u
+            left_n = k.m + across - self.slide_n * slide_n - n * self.gain_n
+            left_mixed = mixed - self.slide_u * slide_n - u * self.gain_n
+        else:
+            # Without a free length the difference m + Λ_nn - n²/pivot has a form with positive terms only.
+            far = link.graph.sum(b.mass * _squared(_arm(link, b) - L) + b.inertia for b in link.bodies)
+            left_u = k.m + along - u * self.gain_u
+            left_n = (_central(link) + across * far) * inverse
+            left_mixed = mixed * (k.T - L * k.S) * inverse
+        half_p, half_d = (left_u + left_n) / 2, (left_u - left_n) / 2
+        self.above = (
+            half_p,
+            cos2 * half_d - sin2 * left_mixed,
+            cos2 * left_mixed + sin2 * half_d,
+            c * force_along - s * force_across,
+            s * force_along + c * force_across,
+            effort,
+        )
+
+    def accelerations(self, x: Node, y: Node) -> tuple[Flow, Results]:
+        link = self.link
+        c, s = link.cos, link.sin
+        along, across = c * x + s * y, c * y - s * x
+        turn = self.free_turn - self.gain_u * along - self.gain_n * across
+        results = {"angle": turn}
+        end_along, end_across = self.end_along, self.end_across + link.L * turn
+        if link.free:
+            right = self.slide_right - self.slide_turn * turn - self.slide_u * along - self.slide_n * across
+            results["length"] = right * self.slide
+            end_along = end_along + link.L1 * results["length"]
+        return (x + c * end_along - s * end_across, y + s * end_along + c * end_across), results
+
+
+class _Lumped(_Solved):
+    """A free massless rod with point masses at fractions β of s: its inertia is the same in every direction.
+
+    With z = (s̈ - s φ̇²) u + (s φ̈ + 2 ṡ φ̇) n, θ₁ = Σ m β, θ₂ = Σ m β², L = λ s and f = F u + (Q_φ/s) n the
+    equations are (θ₂ + λ² Λ) z = f - λ b - (θ₁ + λ Λ) a: nothing is rotated and only s is divided by.
+    """
+
+    def __init__(self, link: LinkSymbols, below: Flow) -> None:
+        p, d, e, x, y, torque = below
+        self.link = link
+        graph, scale = link.graph, link.L1
+        masses = [(b.mass, b.beta) for b in link.bodies]
+        mass = graph.sum(m for m, _ in masses)
+        first = graph.sum(m * b for m, b in masses)
+        second = graph.sum(m * b * b for m, b in masses)
+        apart = _apart(link, masses, mass * second - first * first)
+        far = graph.sum(m * _squared(b - scale) for m, b in masses)
+        square = scale * scale
+        a = second + square * p
+        deviation = d * d + e * e
+        self.pivots = {"length": a * a - square * square * deviation}
+        inverse = graph.pivot_inverse(self.pivots["length"], a * a)
+        gain = (scale * second - square * first) * inverse
+        self.gain = ((first + scale * p) * a - scale * square * deviation) * inverse, gain * d, gain * e
+        shear = -square * inverse
+        effort = link.torque - link.joint_spring
+        length = link.length
+        self.per_length = length * graph.pivot_inverse(length * length, length * length)
+        push, turn = link.force - link.spring, (effort - torque) * self.per_length
+        fx = link.cos * push - link.sin * turn - scale * x
+        fy = link.sin * push + link.cos * turn - scale * y
+        self.z = _apply((a * inverse, shear * d, shear * e), fx, fy)
+        bx, by = _apply(self.gain, fx, fy)
+        stiff = (far * second - square * apart) * inverse
+        left = ((apart + far * p) * a - far * square * deviation) * inverse
+        self.above = left, stiff * d, stiff * e, x + bx, y + by, effort
+
+    def accelerations(self, x: Node, y: Node) -> tuple[Flow, Results]:
+        link = self.link
+        c, s = link.cos, link.sin
+        gx, gy = _apply(self.gain, x, y)
+        zx, zy = self.z[0] - gx, self.z[1] - gy
+        along, across = c * zx + s * zy, c * zy - s * zx
+        results = {
+            "angle": (across - 2 * (link.length_rate * link.rate)) * self.per_length,
+            "length": along + link.length * (link.rate * link.rate),
+        }
+        return (x + link.L1 * zx, y + link.L1 * zy), results
+
+
+def _is_lumped(link: LinkSymbols) -> bool:
+    return link.free and all(b.alpha == 0 and b.inertia == 0 for b in link.bodies) and link.L1 * link.length is link.L
+
+
+def _apply(tensor: tuple[Node, Node, Node], x: Node, y: Node) -> tuple[Node, Node]:
+    p, d, e = tensor
+    return (p + d) * x + e * y, (p - d) * y + e * x
+
+
+def _arm(link: LinkSymbols, body: Body) -> Node:
+    return link.graph.node(link.reach(body.alpha, body.beta))
+
+
+def _squared(x: Node) -> Node:
+    return x * x
+
+
+def _apart(link: LinkSymbols, masses: list[tuple[Node, Node]], direct: Node) -> Node:
+    """Σ_{k<l} m_k m_l (r_k - r_l)², which is Σ m Σ m r² - (Σ m r)² without its cancellation; direct for many."""
+    if len(masses) > 4:
+        return direct
+    terms = (
+        (m * n) * _squared(link.graph.node(r - q)) for k, (m, r) in enumerate(masses) for n, q in masses[:k]
+    )
+    return link.graph.sum(terms)
+
+
+def _central(link: LinkSymbols) -> Node:
+    """m T - S²: the mass times the moment of inertia about the link's own centre."""
+    k = link.moments
+    masses = [(link.graph.node(b.mass), _arm(link, b)) for b in link.bodies]
+    inertia = link.graph.sum(b.inertia for b in link.bodies)
+    return _apart(link, masses, k.m * (k.T - inertia) - k.S * k.S) + k.m * inertia
+
+
+def inverse_dynamics(mechanism: Mechanism, accelerated: bool, weight: bool, moving: bool, springs: bool) -> list[Walk]:
+    """Walks that give what the motion asks for, the planar recursive Newton-Euler method.
+
+    Results: "angle", "length" the equation of each coordinate (also of a prescribed length), "torque" the
+    joint torque that reacts on the parent.
+
+    Args:
+        mechanism: the scene as symbols.
+        accelerated: count the accelerations a.
+        weight: count gravity.
+        moving: count the rates and the prescribed accelerations.
+        springs: count springs and dampers.
+    """
+    zero = mechanism.graph.zero
+    motion: dict[LinkSymbols, tuple[Node, ...]] = {}
+
+    def drop(link: LinkSymbols, joint: Flow) -> tuple[Flow, Results]:
+        x, y = joint
+        c, s = link.cos, link.sin
+        turn = link.acceleration if accelerated else zero
+        slide = link.length_acceleration if (accelerated if link.free else moving) else zero
+        square = link.rate * link.rate if moving else zero
+        coriolis = 2 * (link.length_rate * link.rate) if moving else zero
+        motion[link] = (c * x + s * y, c * y - s * x, turn, slide, square, coriolis)
+        along, across = link.L1 * slide - link.L * square, link.L * turn + link.L1 * coriolis
+        return (x + c * along - s * across, y + s * along + c * across), {}
+
+    def lift(link: LinkSymbols, below: Flow) -> tuple[Flow, Results]:
+        x, y, torque, sprung = below
+        c, s, k = link.cos, link.sin, link.moments
+        along, across, turn, slide, square, coriolis = motion[link]
+        end_along, end_across = c * x + s * y, c * y - s * x
+        force_along = k.m * along + k.S1 * slide - k.S * square + end_along
+        force_across = k.m * across + k.S * turn + k.S1 * coriolis + end_across
+        angle = k.S * across + k.T * turn + k.X * coriolis + link.L * end_across
+        length = k.S1 * along + k.S2 * slide - k.X * square + link.L1 * end_along
+        above = c * force_along - s * force_across, s * force_along + c * force_across
+        torque = torque + angle
+        spring, stretch = (link.joint_spring, link.spring) if springs else (zero, zero)
+        results = {"angle": angle + (spring - sprung), "length": length + stretch, "torque": torque + spring}
+        return (*above, torque, spring), results
+
+    gravity = mechanism.gravity if weight else zero
+    return [
+        Walk(False, ("acceleration_x", "acceleration_y"), (zero, gravity), drop),
+        Walk(True, ("force_x", "force_y", "torque", "spring"), (), lift),
+    ]
+
+
+def energy(mechanism: Mechanism) -> list[Walk]:
+    """The walk that gives each link's kinetic and potential energy ("kinetic", "potential")."""
+    g, zero = mechanism.gravity, mechanism.graph.zero
+
+    def drop(link: LinkSymbols, joint: Flow) -> tuple[Flow, Results]:
+        height, vx, vy = joint
+        c, s, k = link.cos, link.sin, link.moments
+        across, along = c * vy - s * vx, c * vx + s * vy
+        twice = k.m * (vx * vx + vy * vy) + k.T * link.rate * link.rate + k.S2 * link.length_rate * link.length_rate
+        kinetic = twice / 2 + k.S * link.rate * across + k.S1 * link.length_rate * along
+        turn = link.angle - (link.parent.angle if link.parent else 0) - link.value("joint_rest_angle")
+        stretch = link.length - link.value("rest_length")
+        springs = link.value("stiffness") * stretch * stretch + link.value("joint_stiffness") * turn * turn
+        potential = g * (k.m * height + k.S * s) + springs / 2
+        end_along, end_across = link.L1 * link.length_rate, link.L * link.rate
+        ends = height + link.L * s, vx + c * end_along - s * end_across, vy + s * end_along + c * end_across
+        return ends, {"kinetic": kinetic, "potential": potential}
+
+    return [Walk(False, ("height", "velocity_x", "velocity_y"), (zero, zero, zero), drop)]
+
+
+def joints(mechanism: Mechanism) -> list[Walk]:
+    """The walk that gives the far ends ("x", "y")."""
+    zero = mechanism.graph.zero
+
+    def drop(link: LinkSymbols, joint: Flow) -> tuple[Flow, Results]:
+        end = joint[0] + link.L * link.cos, joint[1] + link.L * link.sin
+        return end, {"x": end[0], "y": end[1]}
+
+    return [Walk(False, ("x", "y"), (zero, zero), drop)]
+
+
+class ArticulatedEquations(MechanismEquations):
+    """Equations by the recursions above; the mass matrix by composite bodies."""
+
+    method = "articulated"
+
+    def _per_coordinate(self, results: list[Results], angle: str = "angle") -> Vector:
+        free = self.mechanism.scene.free
+        return (*(r[angle] for r in results), *(results[i]["length"] for i in free))
+
+    @cached_property
+    def forward_dynamics(self) -> Vector:
+        return self._per_coordinate(unroll(self.mechanism, forward_dynamics(self.mechanism)))
+
+    @cached_property
+    def pivots(self) -> list[tuple[str, Node]]:
+        """The pivots of the elimination by coordinate, in order."""
+        pivots: list[tuple[str, Node]] = []
+        unroll(self.mechanism, forward_dynamics(self.mechanism, pivots)[:1])
+        return pivots
+
+    @cached_property
+    def _newton_euler(self) -> list[Results]:
+        return unroll(self.mechanism, inverse_dynamics(self.mechanism, True, True, True, True))
+
+    @cached_property
+    def inverse_dynamics(self) -> Vector:
+        return self._per_coordinate(self._newton_euler, "torque")
+
+    @cached_property
+    def prescribed_forces(self) -> Vector:
+        return tuple(self._newton_euler[i]["length"] for i in self.mechanism.scene.prescribed)
+
+    @cached_property
+    def bias(self) -> Vector:
+        return self._per_coordinate(unroll(self.mechanism, inverse_dynamics(self.mechanism, False, True, True, True)))
+
+    @cached_property
+    def bias_parts(self) -> dict[str, Vector]:
+        walks = {
+            "velocity": inverse_dynamics(self.mechanism, False, False, True, False),
+            "gravity": inverse_dynamics(self.mechanism, False, True, False, False),
+            "springs": inverse_dynamics(self.mechanism, False, False, False, True),
+        }
+        parts = {name: unroll(self.mechanism, walk) for name, walk in walks.items()}
+        return {name: self._per_coordinate(results) for name, results in parts.items()}
+
+    @cached_property
+    def _energies(self) -> tuple[Node, Node]:
+        results = unroll(self.mechanism, energy(self.mechanism))
+        total = self.graph.sum
+        return total(r["kinetic"] for r in results), total(r["potential"] for r in results)
+
+    @cached_property
+    def kinetic(self) -> Node:
+        return self._energies[0]
+
+    @cached_property
+    def potential(self) -> Node:
+        return self._energies[1]
+
+    @cached_property
+    def mass_matrix(self) -> Matrix:
+        """Column by column: the force that a unit acceleration needs at the joint, felt by all links above.
+
+        What hangs below a far end moves with it as one mass, whatever its shape: angles are absolute, so it
+        does not turn (composite bodies; Featherstone 2008, section 6.2).
+        """
+        links, graph = self.mechanism.links, self.graph
+        m, zero = len(links), graph.zero
+        place = {link: m + k for k, link in enumerate(self.mechanism.scene.free)}
+        rows = [[zero] * len(self.q) for _ in self.q]
+        hung = [zero] * m
+        for j in range(m - 1, -1, -1):
+            link, mass, k = links[j], hung[j], links[j].moments
+            turn, slide = k.S + mass * link.L, k.S1 + mass * link.L1
+            rows[j][j] = k.T + mass * link.L * link.L
+            if j in place:
+                rows[place[j]][place[j]] = k.S2 + mass * link.L1 * link.L1
+            for i in self.mechanism.ancestors(j):
+                above = links[i]
+                c = above.cos * link.cos + above.sin * link.sin
+                s = above.sin * link.cos - above.cos * link.sin
+                # The force is turn n_j for a unit φ̈_j and slide u_j for a unit s̈_j.
+                felt = [(j, above.L * (turn * c), above.L1 * (turn * s))]
+                if j in place:
+                    felt.append((place[j], -(above.L * (slide * s)), above.L1 * (slide * c)))
+                for column, angle, length in felt:
+                    rows[i][column] = rows[column][i] = angle
+                    if i in place:
+                        rows[place[i]][column] = rows[column][place[i]] = length
+            if self.mechanism.parents[j] >= 0:
+                parent = self.mechanism.parents[j]
+                hung[parent] = hung[parent] + (k.m + mass)
+        return tuple(tuple(row) for row in rows)
+
+
+def derive(mechanism: Mechanism) -> Equations:
+    """The recursions of a scene."""
+    return ArticulatedEquations(mechanism)

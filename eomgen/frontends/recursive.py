@@ -1,0 +1,236 @@
+"""The recursive method: the equations of n + 1 links from those of n.
+
+The matrices of n links are padded with zeros and an increment is added. A new link ν has nothing below it,
+so for links i, j above it (i above j or i = j) the increment of A is L_i L_j m_ν cos(φ_i - φ_j), in the row
+and column of ν it is L_i S_ν cos(φ_i - φ_ν), on the diagonal T_ν; the other matrices alike (Borisov &
+Rozenblat 2017, section 3). All increments of column j carry the same factor m_ν, so they are kept as one
+growing number per column, the mass it carries, and a step costs only the depth of the new link.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+
+from eomgen.errors import OptionError
+from eomgen.frontends.mechanism import LinkSymbols, Mechanism, MechanismEquations
+from eomgen.ir.equations import Equations, Matrix, Vector
+from eomgen.ir.expr import Node
+from eomgen.scene import Link, Scene
+
+
+class RecursiveEquations(MechanismEquations):
+    """Equations grown link by link.
+
+    Args:
+        mechanism: the scene as symbols.
+        shorter: equations of the same scene without its last link, in the same graph, to start from.
+    """
+
+    method = "recursive"
+
+    def __init__(self, mechanism: Mechanism, shorter: RecursiveEquations | None = None) -> None:
+        super().__init__(mechanism)
+        self.carried: list[Node] = list(shorter.carried) if shorter else []
+        self._turning = dict(shorter._turning) if shorter else {}
+        for link in range(len(self.carried), len(mechanism.links)):
+            self._append(link)
+
+    def _append(self, new: int) -> None:
+        """One step of the recursion: the border of the new link, the increments of all above it."""
+        links, above = self.mechanism.links, self.mechanism.ancestors(new)
+        added = links[new]
+        for i in above:
+            turn = (
+                links[i].cos * added.cos + links[i].sin * added.sin,
+                links[i].sin * added.cos - links[i].cos * added.sin,
+            )
+            self._turning[i, new] = turn
+            self.carried[i] = self.carried[i] + self.graph.sum(b.mass for b in added.bodies)
+        self.carried.append(self.graph.zero)
+
+    def _border(self, j: int) -> tuple[Node, Node]:
+        """Column j of A and E without the factors of the row: S_j + L_j m and its slope, m the mass carried."""
+        link, mass = self.mechanism.links[j], self.carried[j]
+        first = self.graph.sum(b.mass * link.reach(b.alpha, b.beta) for b in link.bodies)
+        slope = self.graph.sum(b.mass * b.beta for b in link.bodies)
+        return first + mass * link.L, slope + mass * link.L1
+
+    def _corner(self, j: int) -> tuple[Node, Node, Node]:
+        """Diagonal elements of A, D and G: T_ν, X_ν, S''_ν when link j was new, increased by what it carries."""
+        link, mass = self.mechanism.links[j], self.carried[j]
+        turning, mixed, sliding = mass * link.L * link.L, mass * link.L * link.L1, mass * link.L1 * link.L1
+        for body in link.bodies:
+            r = link.reach(body.alpha, body.beta)
+            turning = turning + (body.mass * r * r + body.inertia)
+            mixed = mixed + body.mass * r * body.beta
+            sliding = sliding + body.mass * body.beta * body.beta
+        return turning, mixed, sliding
+
+    @cached_property
+    def matrices(self) -> Mapping[str, Matrix | Vector]:
+        links, zero = self.mechanism.links, self.graph.zero
+        m = len(links)
+        A, B, D, E, G, H, Lambda = ([[zero] * m for _ in range(m)] for _ in range(7))
+        borders = [self._border(j) for j in range(m)]
+        for j in range(m):
+            A[j][j], D[j][j], G[j][j] = self._corner(j)
+            H[j][j] = -D[j][j]
+        for (i, j), (c, s) in self._turning.items():
+            P, slope = borders[j]
+            turn, slide = links[i].L, links[i].L1
+            A[i][j] = A[j][i] = turn * P * c
+            B[i][j] = turn * P * s
+            B[j][i] = -B[i][j]
+            if slope is not zero:
+                D[i][j] = turn * slope * c
+                H[j][i] = -D[i][j]
+                E[i][j] = -(turn * slope * s)
+                G[i][j] = G[j][i] = slide * slope * c
+                Lambda[i][j] = slide * slope * s
+                Lambda[j][i] = -Lambda[i][j]
+            if slide is not zero:
+                D[j][i] = slide * P * c
+                H[i][j] = -D[j][i]
+                E[j][i] = slide * P * s
+        square: dict[str, Matrix | Vector] = {
+            name: tuple(tuple(row) for row in rows)
+            for name, rows in zip("ABDEGHΛ", (A, B, D, E, G, H, Lambda), strict=True)
+        }
+        square["C"] = tuple(P * k.cos for (P, _), k in zip(borders, links, strict=True))
+        square["K"] = tuple(slope * k.sin for (_, slope), k in zip(borders, links, strict=True))
+        return square
+
+    @cached_property
+    def mass_matrix(self) -> Matrix:
+        free, matrices = self.mechanism.scene.free, self.matrices
+        A, E, G = matrices["A"], matrices["E"], matrices["G"]
+        top = [(*A[i], *(E[i][j] for j in free)) for i in range(len(A))]  # type: ignore[index,misc]
+        bottom = [(*(row[j] for row in E), *(G[j][k] for k in free)) for j in free]  # type: ignore[index,union-attr]
+        return (*top, *bottom)  # type: ignore[return-value]
+
+    def _forces(self, angle_rows: dict[int, Node], length_rows: dict[int, Node]) -> Vector:
+        rows = [angle_rows.get(i, self.graph.zero) for i in range(len(self.mechanism.links))]
+        return (*rows, *(length_rows.get(i, self.graph.zero) for i in self.mechanism.scene.free))
+
+    @cached_property
+    def _velocity_rows(self) -> tuple[dict[int, Node], dict[int, Node]]:
+        """Forces of the motion on every angle and every length (prescribed ones too), pair by pair."""
+        zero, links = self.graph.zero, self.mechanism.links
+        turning: dict[int, Node] = {}
+        sliding: dict[int, Node] = {}
+        borders = [self._border(j) for j in range(len(links))]
+        # Acceleration of a far end against its joint, without what the unknown accelerations add,
+        # along the link and across it.
+        along = [self._given(k) * k.L1 - k.L * (k.rate * k.rate) for k in links]
+        across = [2 * (k.rate * k.length_rate) * k.L1 for k in links]
+        for j, link in enumerate(links):
+            _, mixed, second = self._corner(j)
+            turning[j] = mixed * (2 * (link.rate * link.length_rate))
+            sliding[j] = second * self._given(link) - mixed * (link.rate * link.rate)
+        for (i, j), (c, s) in self._turning.items():
+            upper, lower = links[i], links[j]
+            P, slope = borders[j]
+            pull = slope * self._given(lower) - P * (lower.rate * lower.rate)
+            push = slope * (2 * (lower.rate * lower.length_rate))
+            turning[i] = turning[i] + upper.L * (push * c - pull * s)
+            sliding[i] = sliding[i] + upper.L1 * (pull * c + push * s)
+            turning[j] = turning[j] + P * (across[i] * c + along[i] * s)
+            if slope is not zero:
+                sliding[j] = sliding[j] + slope * (along[i] * c - across[i] * s)
+        return turning, sliding
+
+    def _given(self, link: LinkSymbols) -> Node:
+        """The prescribed s̈ of a link, zero for other lengths."""
+        return link.length_acceleration if link.varies and not link.free else self.graph.zero
+
+    @cached_property
+    def bias_parts(self) -> dict[str, Vector]:
+        g, matrices, zero = self.mechanism.gravity, self.matrices, self.graph.zero
+        C, K = matrices["C"], matrices["K"]
+        springs = {0: zero}
+        for i, parent in enumerate(self.mechanism.parents):
+            torque = self.mechanism.links[i].joint_spring
+            springs[i] = torque
+            if parent >= 0:
+                springs[parent] = springs[parent] - torque
+        lengths = {i: k.spring for i, k in enumerate(self.mechanism.links)}
+        return {
+            "velocity": self._forces(*self._velocity_rows),
+            "gravity": self._forces({i: g * x for i, x in enumerate(C)}, {i: g * x for i, x in enumerate(K)}),  # type: ignore[operator]
+            "springs": self._forces(springs, lengths),
+        }
+
+    @cached_property
+    def prescribed_forces(self) -> Vector:
+        links, total = self.mechanism.links, self.graph.sum
+        E, G, K = self.matrices["E"], self.matrices["G"], self.matrices["K"]
+        return tuple(
+            total(E[j][i] * k.acceleration for j, k in enumerate(links))  # type: ignore[index]
+            + total(G[i][j] * k.length_acceleration for j, k in enumerate(links) if k.free)  # type: ignore[index]
+            + self._velocity_rows[1][i]
+            + self.mechanism.gravity * K[i]
+            + links[i].spring
+            for i in self.mechanism.scene.prescribed
+        )
+
+    @cached_property
+    def kinetic(self) -> Node:
+        """Every link adds ½ m V² + V · (S φ̇ n + S' ṡ u) + ½ (T φ̇² + S'' ṡ²), V the velocity of its joint.
+
+        (The mixed term X φ̇ ṡ vanishes: u and n are orthogonal.)
+        """
+        zero = self.graph.zero
+        ends: list[tuple[Node, Node]] = []
+        total = zero
+        for link, parent in zip(self.mechanism.links, self.mechanism.parents, strict=True):
+            vx, vy = ends[parent] if parent >= 0 else (zero, zero)
+            k = link.moments
+            across = link.cos * vy - link.sin * vx
+            along = link.cos * vx + link.sin * vy
+            total = total + k.m * (vx * vx + vy * vy) / 2
+            total = total + link.rate * (k.S * across + k.T * link.rate / 2)
+            total = total + link.length_rate * (k.S1 * along + k.S2 * link.length_rate / 2)
+            turn, slide = link.L * link.rate, link.L1 * link.length_rate
+            ends.append((vx + slide * link.cos - turn * link.sin, vy + slide * link.sin + turn * link.cos))
+        return total
+
+    @cached_property
+    def potential(self) -> Node:
+        """Every link adds g (m y + S sin φ), y the height of its joint, and its springs' energy."""
+        heights: list[Node] = []
+        weight = springs = self.graph.zero
+        for link, parent in zip(self.mechanism.links, self.mechanism.parents, strict=True):
+            y = heights[parent] if parent >= 0 else self.graph.zero
+            heights.append(y + link.L * link.sin)
+            weight = weight + (link.moments.m * y + link.moments.S * link.sin)
+            turn = link.angle - (self.mechanism.links[parent].angle if parent >= 0 else 0)
+            turn = turn - link.value("joint_rest_angle")
+            stretch = link.length - link.value("rest_length")
+            springs = springs + link.value("stiffness") * stretch * stretch
+            springs = springs + link.value("joint_stiffness") * turn * turn
+        return self.mechanism.gravity * weight + springs / 2
+
+
+def derive(mechanism: Mechanism) -> Equations:
+    """The equations of a scene, grown from none."""
+    return RecursiveEquations(mechanism)
+
+
+def extend(equations: Equations, link: Link) -> RecursiveEquations:
+    """The equations with one more link, reusing everything derived so far.
+
+    Args:
+        equations: from `derive` or `extend` of this method.
+        link: the new link; its parent is a link of the scene or the ground.
+
+    Raises:
+        OptionError: the equations come from another method.
+        SceneError: the link does not fit the scene.
+    """
+    if not isinstance(equations, RecursiveEquations):
+        raise OptionError(f"method {equations.method!r} cannot be extended; derive with method 'recursive'")
+    shorter = equations.mechanism
+    scene = Scene(name=shorter.scene.name, links=(*shorter.scene.links, link), gravity=shorter.scene.gravity)
+    longer = Mechanism(scene, fold=shorter.fold, graph=shorter.graph)
+    return RecursiveEquations(longer, shorter=equations)

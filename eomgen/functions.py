@@ -1,0 +1,117 @@
+"""The functions a module can offer: their arguments, shapes and where their expressions come from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from eomgen.errors import OptionError, unknown
+from eomgen.ir.equations import Equations, Symbols
+from eomgen.ir.expr import Node
+from eomgen.ir.program import Array, Place, Program, flatten, straight
+
+Build = Callable[[Equations], Sequence[Node]]
+
+
+@dataclass(frozen=True)
+class Function:
+    """An entry of `FUNCTIONS`.
+
+    Attributes:
+        arguments: its arguments before p, by their letters; w is dropped where nothing is prescribed.
+        shape: the shape of the result from (n, k, m): coordinates, prescribed lengths, links.
+        build: the result's expressions, flattened.
+        doc: one line.
+    """
+
+    arguments: str
+    shape: Callable[[int, int, int], tuple[int, ...]]
+    build: Build
+    doc: str
+
+
+FUNCTIONS: dict[str, Function] = {
+    "forward_dynamics": Function(
+        "qvuw", lambda n, k, m: (n,), lambda e: e.forward_dynamics, "accelerations a of M a + h = Q(u)"
+    ),
+    "inverse_dynamics": Function(
+        "qvaw", lambda n, k, m: (n,), lambda e: e.inverse_dynamics, "inputs u that give the accelerations a"
+    ),
+    "mass_matrix": Function("qw", lambda n, k, m: (n, n), lambda e: flatten(e.mass_matrix), "mass matrix M"),
+    "bias": Function("qvw", lambda n, k, m: (n,), lambda e: e.bias, "bias h: M a + h = Q(u)"),
+    "energy": Function(
+        "qvw", lambda n, k, m: (2,), lambda e: (e.kinetic, e.potential), "kinetic and potential energy, J"
+    ),
+    "prescribed_forces": Function(
+        "qvaw", lambda n, k, m: (k,), lambda e: e.prescribed_forces, "forces along the prescribed lengths, N"
+    ),
+    "joints": Function("qw", lambda n, k, m: (m, 2), lambda e: flatten(e.joints), "far-end position of every link, m"),
+}
+
+
+def available(equations: Equations) -> list[str]:
+    """The functions these equations have, in the order of `FUNCTIONS`."""
+    absent = {"prescribed_forces"} if not equations.w else set()
+    if not has_links(equations):
+        absent.add("joints")
+    return [name for name in FUNCTIONS if name not in absent]
+
+
+def has_links(equations: Equations) -> bool:
+    """Whether the equations come from a scene."""
+    return hasattr(equations, "mechanism")
+
+
+def select(equations: Equations, names: Sequence[str] | None) -> list[str]:
+    """The requested functions in the order of `FUNCTIONS`; None asks for all.
+
+    Raises:
+        OptionError: a name is unknown, or the equations do not have the function.
+    """
+    offered = available(equations)
+    if names is None:
+        return offered
+    if isinstance(names, str):
+        names = [names]
+    for name in names:
+        if name not in offered:
+            raise OptionError(unknown("function", name, offered))
+    if not names:
+        raise OptionError(f"no function requested; allowed: {', '.join(offered)}")
+    return [name for name in offered if name in names]
+
+
+def inputs(symbols: Symbols, arguments: str) -> tuple[Array, ...]:
+    """The input arrays of a function: its arguments, w only where something is prescribed, p last."""
+    nodes = {"q": symbols.q, "v": symbols.v, "a": symbols.a, "u": symbols.u, "p": symbols.p}
+    arrays: list[Array] = []
+    for letter in (*arguments, "p"):
+        if letter != "w":
+            labels = tuple(label(symbols, node) for node in nodes[letter])
+            arrays.append(Array(letter, (len(labels),), "input", labels))
+        elif symbols.w:
+            labels = tuple(label(symbols, node) for row in symbols.w for node in row)
+            arrays.append(Array("w", (len(symbols.w), 3), "input", labels))
+    return tuple(arrays)
+
+
+def label(symbols: Symbols, node: Node) -> str:
+    """A symbol's name with its unit."""
+    unit = symbols.units.get(node)
+    return f"{node.name} ({unit})" if unit else node.name
+
+
+def program(equations: Equations, name: str) -> Program:
+    """The function of this name as a straight-line program."""
+    function, symbols = FUNCTIONS[name], equations.symbols
+    m = len(equations.joints) if has_links(equations) else 0
+    shape = function.shape(len(symbols.q), len(symbols.w), m)
+    loads = {node: Place(slot.array, (slot.index,)) for node, slot in symbols.slots.items()}
+    results = [("out", i, node) for i, node in enumerate(function.build(equations))]
+    return Program(
+        name=name,
+        doc=function.doc,
+        inputs=inputs(symbols, function.arguments),
+        output=Array("out", shape, "output"),
+        blocks=(straight(function.doc, loads, results),),
+    )

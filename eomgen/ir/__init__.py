@@ -1,0 +1,1 @@
+"""The intermediate representation: expressions, equations of motion and programs."""

@@ -1,0 +1,191 @@
+"""Equations of motion: what every front end returns and everything after it reads.
+
+Symbols, used with the same meaning everywhere (n coordinates, k prescribed lengths):
+
+| name | meaning | unit | shape |
+|---|---|---|---|
+| q | coordinates: absolute angles of the links, then the free lengths | rad, m | n |
+| v | their rates | rad/s, m/s | n |
+| a | their accelerations | rad/s², m/s² | n |
+| u | joint torques, then the forces along the free lengths | N m, N | n |
+| w | prescribed lengths: value, rate, acceleration | m, m/s, m/s² | k, 3 |
+| p | parameters | per parameter | np |
+
+The equations are `M(q, w, p) a + h(q, v, w, p) = Q(u)` with mass matrix M and bias h. A joint torque acts on
+its link and reacts on the parent, so Q of an angle is the link's own torque less those of its children.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from eomgen.ir.expr import Graph, Node
+
+Vector = tuple[Node, ...]
+Matrix = tuple[tuple[Node, ...], ...]
+
+
+@dataclass(frozen=True)
+class Slot:
+    """Where a symbol is found at run time: an element of a named array."""
+
+    array: str
+    index: int
+
+
+@dataclass(frozen=True)
+class Symbols:
+    """The symbols of a set of equations, by the table above.
+
+    Attributes:
+        graph: the graph all expressions live in.
+        q, v, a, u, w, p: symbols; p is empty when the numbers were folded in.
+        p_values: the parameters' values, as many as p.
+        units: the unit of each symbol.
+    """
+
+    graph: Graph
+    q: Vector
+    v: Vector
+    a: Vector
+    u: Vector
+    w: tuple[tuple[Node, Node, Node], ...] = ()
+    p: Vector = ()
+    p_values: tuple[float, ...] = ()
+    units: Mapping[Node, str] = field(default_factory=dict)
+
+    @cached_property
+    def slots(self) -> dict[Node, Slot]:
+        """The array element that each symbol stands for; w is flattened row by row."""
+        rows = [node for row in self.w for node in row]
+        arrays = {"q": self.q, "v": self.v, "a": self.a, "u": self.u, "w": rows, "p": self.p}
+        return {node: Slot(name, i) for name, nodes in arrays.items() for i, node in enumerate(nodes)}
+
+
+class Equations:
+    """The common symbolic result of every method; a front end fills it by overriding.
+
+    Everything is lazy: an expression is built when it is first read and kept.
+
+    Attributes:
+        method: the name of the method.
+        symbols: the symbols (`q`, `v`, `a`, `u`, `w`, `p` are also attributes of the equations).
+    """
+
+    method = ""
+
+    def __init__(self, symbols: Symbols) -> None:
+        self.symbols = symbols
+        self.graph = symbols.graph
+        self.q, self.v, self.a, self.u = symbols.q, symbols.v, symbols.a, symbols.u
+        self.w, self.p = symbols.w, symbols.p
+
+    @cached_property
+    def mass_matrix(self) -> Matrix:
+        """M, (n, n)."""
+        raise NotImplementedError
+
+    @cached_property
+    def bias_parts(self) -> dict[str, Vector]:
+        """The parts of the bias: "velocity" (with the motion of prescribed lengths), "gravity", "springs"."""
+        raise NotImplementedError
+
+    @cached_property
+    def bias(self) -> Vector:
+        """h, (n,): the sum of its parts."""
+        return tuple(self.graph.sum(parts) for parts in zip(*self.bias_parts.values(), strict=True))
+
+    @cached_property
+    def kinetic(self) -> Node:
+        """Kinetic energy, J."""
+        raise NotImplementedError
+
+    @cached_property
+    def potential(self) -> Node:
+        """Potential energy of gravity and springs, J."""
+        raise NotImplementedError
+
+    @cached_property
+    def joints(self) -> Matrix:
+        """Positions of the links' far ends, (m, 2), m."""
+        raise NotImplementedError
+
+    @cached_property
+    def prescribed_forces(self) -> Vector:
+        """Forces along the prescribed lengths, (k,), N."""
+        return ()
+
+    @cached_property
+    def matrices(self) -> Mapping[str, Matrix | Vector]:
+        """The paper's matrices by letter, for the methods that have them."""
+        return {}
+
+    def __getitem__(self, letter: str) -> Matrix | Vector:
+        return self.matrices[letter]
+
+    def generalised_force(self, u: Sequence[Node]) -> Vector:
+        """Q that the inputs u exert on the coordinates."""
+        return tuple(u)
+
+    def inputs_for(self, force: Sequence[Node]) -> Vector:
+        """The inverse of `generalised_force`: u that exerts a given Q."""
+        return tuple(force)
+
+    @cached_property
+    def forward_dynamics(self) -> Vector:
+        """Accelerations a of M a = Q(u) - h, by elimination of the deepest coordinate first."""
+        right = [Q - h for Q, h in zip(self.generalised_force(self.u), self.bias, strict=True)]
+        return solve(self.mass_matrix, right, self.elimination_order)
+
+    @property
+    def elimination_order(self) -> Sequence[int]:
+        """Coordinates, the first to be eliminated first."""
+        return range(len(self.q) - 1, -1, -1)
+
+    @cached_property
+    def inverse_dynamics(self) -> Vector:
+        """u that gives the accelerations a: Q(u) = M a + h."""
+        total = self.graph.sum
+        force = [
+            total(m * a for m, a in zip(row, self.a, strict=True)) + h
+            for row, h in zip(self.mass_matrix, self.bias, strict=True)
+        ]
+        return self.inputs_for(force)
+
+
+def solve(matrix: Matrix, right: Sequence[Node], order: Sequence[int]) -> Vector:
+    """Solves a symmetric positive definite system by LDLᵀ without pivoting, skipping structural zeros.
+
+    With absolute angles an element of the mass matrix is nonzero only between a link and its ancestors, so
+    eliminating the deepest link first creates no new nonzeros (Featherstone 2008, section 6.5).
+
+    Args:
+        matrix: symmetric, (n, n); only the elements at or before the pivot in the order are read.
+        right: right-hand side, (n,).
+        order: the coordinates, the first to be eliminated first.
+
+    Returns:
+        The solution, (n,). Each pivot passes `pivot_inverse` beside its own diagonal element.
+    """
+    graph = right[0].graph
+    zero = graph.zero
+    rows = [list(row) for row in matrix]
+    b = list(right)
+    inverse: dict[int, Node] = {}
+    columns: dict[int, list[tuple[int, Node]]] = {}
+    for step, k in enumerate(order):
+        inverse[k] = graph.pivot_inverse(rows[k][k], matrix[k][k])
+        scaled = b[k] * inverse[k]
+        columns[k] = [(i, rows[k][i]) for i in order[step + 1 :] if rows[k][i] is not zero]
+        for position, (i, element) in enumerate(columns[k]):
+            factor = element * inverse[k]
+            for j, other in columns[k][position:]:
+                rows[j][i] = rows[i][j] = rows[i][j] - factor * other
+            b[i] = b[i] - element * scaled
+    solution: dict[int, Node] = {}
+    for k in reversed(order):
+        known = graph.sum(element * solution[i] for i, element in columns[k])
+        solution[k] = (b[k] - known) * inverse[k]
+    return tuple(solution[k] for k in range(len(b)))

@@ -1,0 +1,121 @@
+"""Blocks as statements: which values get a name and which stand inside the expression that uses them.
+
+A back end's printer needs only rules for single operations; this file decides where a statement begins.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from eomgen.ir.expr import Node
+from eomgen.ir.program import Block
+from eomgen.ir.schedule import order
+
+NAMED = ("pivot_inverse", "sqrt", "exp", "log")
+DEPTH = 6  # deepest expression inside one statement
+
+
+@dataclass(frozen=True)
+class Text:
+    """A printed expression.
+
+    Attributes:
+        text: what stands in the code.
+        rank: how tightly it binds: 1 sums, 2 products, 3 anything that needs no parentheses.
+        depth: operations nested in it.
+        node: the operation it prints.
+    """
+
+    text: str
+    rank: int
+    depth: int
+    node: Node
+
+
+class Printer(Protocol):
+    """The rules of a language."""
+
+    def load(self, array: str, index: str) -> str: ...
+    def constant(self, node: Node) -> Text: ...
+    def operation(self, node: Node, args: list[Text]) -> Text: ...
+    def assign(self, name: str, text: str) -> str: ...
+    def sincos(self, angle: str, sine: str, cosine: str) -> list[str]: ...
+
+
+def statements(block: Block, printer: Printer, index: Callable[[Node], str]) -> tuple[list[str], dict[Node, Text]]:
+    """The statements of a block, and the texts of the nodes it stores.
+
+    Args:
+        block: the block.
+        printer: the rules of the language.
+        index: the text of the index at which a loaded node is found.
+    """
+    nodes = order(block)
+    uses: dict[Node, int] = {}
+    for node in nodes:
+        for arg in node.args:
+            uses[arg] = uses.get(arg, 0) + 1
+    for store in block.stores:
+        uses[store.node] = uses.get(store.node, 0) + 1
+    # A sign never gets a name of its own, so what it negates must have one if the sign is used twice.
+    for node in reversed(nodes):
+        if node.op == "neg" and uses[node] > 1:
+            uses[node.args[0]] = uses.get(node.args[0], 0) + uses[node] - 1
+
+    lines: list[str] = []
+    texts: dict[Node, Text] = {}
+    counter = 0
+
+    def text_of(node: Node) -> Text:
+        found = texts.get(node)
+        if found is None:
+            if node in block.loads:
+                found = Text(printer.load(block.loads[node].array, index(node)), 3, 0, node)
+            else:
+                found = printer.constant(node)
+            texts[node] = found
+        return found
+
+    for node in nodes:
+        if node in texts:
+            continue
+        if node.op == "sin" or node.op == "cos":
+            angle = node.args[0]
+            sine, cosine = f"s{counter}", f"c{counter}"
+            counter += 1
+            lines += printer.sincos(text_of(angle).text, sine, cosine)
+            for twin, name in ((angle.graph.sin(angle), sine), (angle.graph.cos(angle), cosine)):
+                texts.setdefault(twin, Text(name, 3, 0, twin))
+            continue
+        printed = printer.operation(node, [text_of(arg) for arg in node.args])
+        if node.op != "neg" and (uses[node] > 1 or node.op in NAMED or printed.depth >= DEPTH):
+            name = f"t{counter}"
+            counter += 1
+            lines.append(printer.assign(name, printed.text))
+            printed = Text(name, 3, 0, node)
+        texts[node] = printed
+    return lines, {store.node: text_of(store.node) for store in block.stores}
+
+
+def wrapped(text: Text, rank: int) -> str:
+    """The text, in parentheses if it binds less tightly than `rank`."""
+    return text.text if text.rank >= rank else f"({text.text})"
+
+
+def infix(node: Node, args: list[Text]) -> Text:
+    """The rules that C and Python share: sums, products, quotients and signs."""
+    depth = 1 + max(arg.depth for arg in args)
+    match node.op:
+        case "add":
+            return Text(f"{args[0].text} + {wrapped(args[1], 1)}", 1, depth, node)
+        case "sub":
+            return Text(f"{args[0].text} - {wrapped(args[1], 2)}", 1, depth, node)
+        case "mul":
+            return Text(f"{wrapped(args[0], 2)} * {wrapped(args[1], 3)}", 2, depth, node)
+        case "div":
+            return Text(f"{wrapped(args[0], 2)} / {wrapped(args[1], 3)}", 2, depth, node)
+        case "neg":
+            return Text(f"-{wrapped(args[0], 3)}", 1, args[0].depth, node)
+    raise AssertionError(f"no rule for {node.op}")

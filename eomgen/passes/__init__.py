@@ -1,0 +1,18 @@
+"""Passes: each maps a program to an equal one. They run in the order of `DEFAULT`."""
+
+from collections.abc import Callable
+
+from eomgen.ir.program import Program
+from eomgen.ir.verify import verify
+from eomgen.passes import chunk, hoist
+
+DEFAULT: tuple[tuple[str, Callable[[Program], Program]], ...] = (("hoist", hoist.run), ("chunk", chunk.run))
+
+
+def run(program: Program) -> Program:
+    """The program after all passes, verified before, between and after them."""
+    verify(program)
+    for name, apply in DEFAULT:
+        program = apply(program)
+        verify(program, after=name)
+    return program

@@ -1,0 +1,59 @@
+"""chunk: long straight-line blocks are cut into bounded ones, so that compile time grows linearly.
+
+Compilers take more than linear time in the length of a function. A value that a later piece needs is kept in
+the array `t` (or `ct` at the rate of the parameters).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from eomgen.ir.expr import Node
+from eomgen.ir.program import Array, Block, Place, Program, Store, needed
+from eomgen.ir.schedule import order
+
+LIMIT = 400
+
+
+def run(program: Program, limit: int = LIMIT) -> Program:
+    """The program with no straight-line block longer than about `limit` operations."""
+    scratch = list(program.scratch)
+    constants = _pieces(program.constants, "ct", "constants", scratch, limit)
+    blocks = _pieces(program.blocks, "t", "work", scratch, limit)
+    return replace(program, constants=constants, blocks=blocks, scratch=tuple(scratch))
+
+
+def _pieces(
+    blocks: tuple[Block, ...], array: str, role: str, scratch: list[Array], limit: int
+) -> tuple[Block, ...]:
+    pieces: list[Block] = []
+    size = 0
+    for block in blocks:
+        nodes = order(block)
+        if block.count > 1 or len(nodes) <= limit * 3 // 2:
+            pieces.append(block)
+            continue
+        count = -(-len(nodes) // limit)
+        length = -(-len(nodes) // count)
+        home = {node: position // length for position, node in enumerate(nodes)}
+        last: dict[Node, int] = {}
+        for node in nodes:
+            for arg in node.args:
+                if arg in home:
+                    last[arg] = max(last.get(arg, 0), home[node])
+        stores: list[list[Store]] = [[] for _ in range(count)]
+        for store in block.stores:
+            stores[home.get(store.node, 0)].append(store)
+        kept: dict[Node, Place] = {}
+        for node in nodes:
+            if last.get(node, 0) > home[node]:
+                kept[node] = Place(array, (size,))
+                stores[home[node]].append(Store(kept[node], node))
+                size += 1
+        for piece in range(count):
+            known = {node: place for node, place in kept.items() if home[node] < piece}
+            title = f"{block.title}, part {piece + 1} of {count}"
+            pieces.append(needed(Block(title, {**block.loads, **known}, tuple(stores[piece]))))
+    if size:
+        scratch.append(Array(array, (size,), "constants" if role == "constants" else "work"))
+    return tuple(pieces)

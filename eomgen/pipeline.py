@@ -1,0 +1,246 @@
+"""From a scene to an importable module, stage by stage."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import keyword
+import os
+import shutil
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from eomgen import backends, frontends, functions, passes, regularity
+from eomgen.backends import cache
+from eomgen.errors import OptionError, UnsupportedError, one_line, unknown
+from eomgen.frontends.mechanism import Mechanism, MechanismEquations
+from eomgen.ir.count import program_operations
+from eomgen.ir.equations import Equations
+from eomgen.ir.program import Program
+from eomgen.model import Model
+from eomgen.scene import Scene
+from eomgen.version import __version__
+
+DTYPES = ("float64", "float32", "longdouble")
+
+
+@dataclass
+class Stopwatch:
+    """Seconds per stage."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        start = time.perf_counter()
+        yield
+        self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
+
+
+def derive(scene: Scene, method: str = "matrix", fold: bool = False) -> Equations:
+    """The equations of motion of a scene.
+
+    Args:
+        scene: the scene.
+        method: "lagrange", "recursive", "matrix" or "articulated".
+        fold: put the scene's numbers in place of parameters.
+
+    Raises:
+        OptionError: there is no such method.
+    """
+    if method not in frontends.METHODS:
+        raise OptionError(unknown("method", method, frontends.METHODS))
+    return frontends.derive(Mechanism(scene, fold), method)
+
+
+def programs(equations: Equations, names: Sequence[str] | None = None) -> tuple[Program, ...]:
+    """The programs of some functions (default: all), after the passes.
+
+    Raises:
+        OptionError: the equations do not have a function of that name.
+    """
+    chosen = functions.select(equations, names)
+    return tuple(passes.run(functions.program(equations, name)) for name in chosen)
+
+
+def compile(
+    scene: Scene | Equations,
+    method: str = "matrix",
+    backend: str = "c",
+    out: str | os.PathLike[str] | None = None,
+    fold: bool = False,
+    dtypes: Sequence[str] = ("float64",),
+    functions: Sequence[str] | None = None,
+    *,
+    force: bool = False,
+    portable: bool = False,
+) -> ModuleType:
+    """Compiles a scene (or equations) into a module and imports it.
+
+    Args:
+        scene: the scene, or equations from `derive` or `lagrangian` (then `method` and `fold` are theirs).
+        method: the method of derivation.
+        backend: "c" or "numpy"; both give the same functions.
+        out: a folder to write the package to; it then imports without eomgen. Without, it lives in the cache.
+        fold: compile the scene's numbers in; p then has length 0.
+        dtypes: among "float64", "float32", "longdouble"; each function dispatches on the type of its arguments.
+        functions: names of the functions to build, default all.
+        force: replace the package that stands in `out`.
+        portable: build for any processor of this architecture, not for this machine's.
+
+    Returns:
+        The module; `docs/modules.md` describes it.
+
+    Raises:
+        OptionError: an option has no such value, or `out` exists.
+        SingularError: the mass matrix is singular in every state.
+        BuildError: no compiler, or it failed.
+    """
+    watch = Stopwatch()
+    target = backends.select(backend)
+    kinds = _dtypes(dtypes)
+    place = _check_out(out, force)
+    with watch.stage("derive"):
+        equations = scene if isinstance(scene, Equations) else derive(scene, method, fold)
+        regularity.check(equations)
+        built = programs(equations, functions)
+    with watch.stage("emit"):
+        model = describe(equations, built, kinds, target.facts(portable))
+        files = target.emit(model)
+    key = cache.digest([__version__, backend, *files, *files.values(), *target.environment(portable)])
+    name = f"{model.name}_{key}"
+
+    def make(folder: Path) -> None:
+        cache.write(folder, files)
+        target.build(folder, model, portable)
+
+    with watch.stage("build"):
+        built_folder = cache.publish(cache.folder() / "models" / name, make)
+        if place is not None:
+            _deliver(built_folder, place, force)
+    with watch.stage("load"):
+        module = _import_cached(name) if place is None else _import_from(place)
+    module.info = {**module.info, "seconds": dict(watch.seconds)}  # type: ignore[attr-defined]
+    return module
+
+
+def describe(
+    equations: Equations, built: tuple[Program, ...], dtypes: tuple[str, ...], facts: dict[str, Any]
+) -> Model:
+    """Everything a back end writes down, the same for the same scene and options."""
+    symbols = equations.symbols
+    scene: Scene | None = equations.mechanism.scene if isinstance(equations, MechanismEquations) else None
+    name = scene.name if scene else "system"
+    if scene:
+        names = {f"{kind}_names": getattr(scene, f"{kind}_names") for kind in "qvuw"}
+    else:
+        names = {f"{kind}_names": tuple(node.name for node in getattr(symbols, kind)) for kind in "qvu"}
+        names["w_names"] = ()
+    names["p_names"] = tuple(node.name for node in symbols.p)
+    info = {
+        "eomgen": __version__,
+        "operations": {
+            program.name: {rate: dict(sorted(kinds.items())) for rate, kinds in program_operations(program).items()}
+            for program in built
+        },
+        **facts,
+    }
+    return Model(
+        name=name,
+        title=f"{name}: equations of motion by the {equations.method} method (eomgen {__version__})",
+        programs=built,
+        names=names,
+        p=symbols.p_values,
+        facts={"scene": scene.to_dict() if scene else {}, "method": equations.method, "info": info},
+        dtypes=dtypes,
+    )
+
+
+def _dtypes(dtypes: Sequence[str]) -> tuple[str, ...]:
+    chosen = [dtypes] if isinstance(dtypes, str) else [str(dtype) for dtype in dtypes]
+    for dtype in chosen:
+        if dtype not in DTYPES:
+            raise OptionError(unknown("dtype", dtype, DTYPES))
+    if not chosen:
+        raise OptionError(f"no dtype requested; allowed: {', '.join(DTYPES)}")
+    return tuple(sorted(set(chosen), key=("float32", "float64", "longdouble").index))
+
+
+def _check_out(out: str | os.PathLike[str] | None, force: bool) -> Path | None:
+    """The absolute output folder, checked before any work is done."""
+    if out is None:
+        return None
+    path = Path(out).expanduser().absolute()
+    shown = one_line(str(path), 200)
+    if not path.name.isidentifier() or keyword.iskeyword(path.name) or not path.name.isascii():
+        raise OptionError(
+            f"output folder {shown}: {one_line(path.name)!r} is no module name; use letters, digits and underscores"
+        )
+    if path.exists():
+        if not force:
+            raise OptionError(f"output folder {shown} exists; use --force (force=True) to replace it")
+        if not _is_package_of_ours(path):
+            raise OptionError(f"output folder {shown} is no package written by eomgen; it is not replaced")
+    elif not path.parent.is_dir():
+        raise OptionError(f"output folder {shown}: the folder {one_line(str(path.parent), 200)} does not exist")
+    if not os.access(path.parent, os.W_OK):
+        raise OptionError(f"output folder {shown}: {one_line(str(path.parent), 200)} cannot be written")
+    return path
+
+
+def _is_package_of_ours(path: Path) -> bool:
+    init = path / "__init__.py"
+    return path.is_dir() and init.is_file() and "(eomgen " in init.read_text(encoding="utf-8", errors="replace")[:2000]
+
+
+def _deliver(source: Path, place: Path, force: bool) -> None:
+    """Copies a finished package to its place in one step; nobody sees half of it."""
+    try:
+        private = Path(tempfile.mkdtemp(prefix=f".{place.name}-", dir=place.parent))
+    except OSError as error:
+        raise OptionError(f"output folder {one_line(str(place), 200)} cannot be written ({error.strerror})") from None
+    try:
+        shutil.copytree(source, private / place.name, ignore=shutil.ignore_patterns("__pycache__"))
+        if force and place.exists():
+            place.rename(private / "replaced")
+        (private / place.name).rename(place)
+    except OSError as error:
+        raise OptionError(f"output folder {one_line(str(place), 200)} cannot be written ({error.strerror})") from None
+    finally:
+        shutil.rmtree(private, ignore_errors=True)
+
+
+def _import_cached(name: str) -> ModuleType:
+    from eomgen import models
+
+    models.__path__ = [str(cache.folder() / "models")]
+    importlib.invalidate_caches()
+    return importlib.import_module(f"eomgen.models.{name}")
+
+
+def _import_from(place: Path) -> ModuleType:
+    """Imports the package at a path under its folder's name, leaving `sys.path` as it is."""
+    name = place.name
+    present = sys.modules.get(name)
+    if present is not None and getattr(present, "__file__", None) != str(place / "__init__.py"):
+        raise UnsupportedError(f"a module named {name!r} is already imported; write to a folder of another name")
+    for loaded in [key for key in sys.modules if key == name or key.startswith(f"{name}.")]:
+        del sys.modules[loaded]
+    importlib.invalidate_caches()
+    spec = importlib.util.spec_from_file_location(name, place / "__init__.py", submodule_search_locations=[str(place)])
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
