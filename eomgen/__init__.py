@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from eomgen.pipeline import compile, derive
     from eomgen.scene import ElasticRod, JointMasses, PointMasses, Rigid, Scene, Telescopic
     from eomgen.scene_file import load_scene
-    from eomgen.sympy import lagrangian
+    from eomgen.symbolic import lagrangian
 
 _HOME = {
     "chain": "catalog",
@@ -29,7 +29,7 @@ _HOME = {
     "Scene": "scene",
     "Telescopic": "scene",
     "load_scene": "scene_file",
-    "lagrangian": "sympy",
+    "lagrangian": "symbolic",
 }
 
 __all__ = ["__version__", *_HOME]  # noqa: PLE0604

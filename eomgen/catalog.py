@@ -95,10 +95,7 @@ def walker(links: str = "rods", length: Length = "prescribed") -> Scene:
         raise OptionError(unknown("walker links", links, _WALKER_LINKS))
     model, numbers = _WALKER_LINKS[links]
     make: Any = LINK_TYPES[model]
-    made = (
-        make(name=row.name, parent=row.parent, hangs=row.hangs, length=length, **numbers(row))
-        for row in _WALKER
-    )
+    made = (make(name=row.name, parent=row.parent, hangs=row.hangs, length=length, **numbers(row)) for row in _WALKER)
     return Scene("walker", tuple(made))
 
 

@@ -86,19 +86,17 @@ def inputs(symbols: Symbols, arguments: str) -> tuple[Array, ...]:
     nodes = {"q": symbols.q, "v": symbols.v, "a": symbols.a, "u": symbols.u, "p": symbols.p}
     arrays: list[Array] = []
     for letter in (*arguments, "p"):
-        if letter != "w":
-            labels = tuple(label(symbols, node) for node in nodes[letter])
-            arrays.append(Array(letter, (len(labels),), "input", labels))
-        elif symbols.w:
-            labels = tuple(label(symbols, node) for row in symbols.w for node in row)
-            arrays.append(Array("w", (len(symbols.w), 3), "input", labels))
+        if letter == "w":
+            if not symbols.w:
+                continue
+            elements = [node for row in symbols.w for node in row]
+            shape: tuple[int, ...] = (len(symbols.w), 3)
+        else:
+            elements, shape = list(nodes[letter]), (len(nodes[letter]),)
+        names = tuple(node.name for node in elements)
+        units = tuple(symbols.units.get(node, "") for node in elements)
+        arrays.append(Array(letter, shape, "input", names, units))
     return tuple(arrays)
-
-
-def label(symbols: Symbols, node: Node) -> str:
-    """A symbol's name with its unit."""
-    unit = symbols.units.get(node)
-    return f"{node.name} ({unit})" if unit else node.name
 
 
 def program(equations: Equations, name: str) -> Program:

@@ -10,7 +10,7 @@ import shutil
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -31,14 +31,20 @@ from eomgen.version import __version__
 DTYPES = ("float64", "float32", "longdouble")
 
 
+Progress = Callable[[str], None]
+
+
 @dataclass
 class Stopwatch:
-    """Seconds per stage."""
+    """Seconds per stage; `progress` hears of each stage when it starts."""
 
+    progress: Progress | None = None
     seconds: dict[str, float] = field(default_factory=dict)
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
+        if self.progress:
+            self.progress(name)
         start = time.perf_counter()
         yield
         self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
@@ -81,6 +87,7 @@ def compile(
     *,
     force: bool = False,
     portable: bool = False,
+    progress: Progress | None = None,
 ) -> ModuleType:
     """Compiles a scene (or equations) into a module and imports it.
 
@@ -94,6 +101,7 @@ def compile(
         functions: names of the functions to build, default all.
         force: replace the package that stands in `out`.
         portable: build for any processor of this architecture, not for this machine's.
+        progress: called with the name of each stage when it starts.
 
     Returns:
         The module; `docs/modules.md` describes it.
@@ -103,7 +111,7 @@ def compile(
         SingularError: the mass matrix is singular in every state.
         BuildError: no compiler, or it failed.
     """
-    watch = Stopwatch()
+    watch = Stopwatch(progress)
     target = backends.select(backend)
     kinds = _dtypes(dtypes)
     place = _check_out(out, force)
@@ -131,9 +139,7 @@ def compile(
     return module
 
 
-def describe(
-    equations: Equations, built: tuple[Program, ...], dtypes: tuple[str, ...], facts: dict[str, Any]
-) -> Model:
+def describe(equations: Equations, built: tuple[Program, ...], dtypes: tuple[str, ...], facts: dict[str, Any]) -> Model:
     """Everything a back end writes down, the same for the same scene and options."""
     symbols = equations.symbols
     scene: Scene | None = equations.mechanism.scene if isinstance(equations, MechanismEquations) else None
@@ -235,7 +241,8 @@ def _import_from(place: Path) -> ModuleType:
         del sys.modules[loaded]
     importlib.invalidate_caches()
     spec = importlib.util.spec_from_file_location(name, place / "__init__.py", submodule_search_locations=[str(place)])
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     try:

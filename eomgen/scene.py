@@ -71,9 +71,7 @@ _SPRING_OF_REST = {"rest_length": "stiffness", "joint_rest_angle": "joint_stiffn
 _ITEM = {"masses": "mass", "fractions": "fraction"}  # masses -> mass1, mass2, ...
 
 
-class Link(
-    msgspec.Struct, frozen=True, kw_only=True, dict=True, forbid_unknown_fields=True, tag_field="model"
-):
+class Link(msgspec.Struct, frozen=True, kw_only=True, dict=True, forbid_unknown_fields=True, tag_field="model"):
     """What every link model has in common; a scene takes the models below only."""
 
     name: str
@@ -514,9 +512,7 @@ def _check_model(link: AnyLink, label: str) -> None:
         case Telescopic():
             _check_end_inertia(link, "housing_inertia", "housing_mass", "housing_length", label)
         case JointMasses() if len(link.masses) != 3:
-            raise SceneError(
-                f"{label}masses has length {len(link.masses)}; a joint-masses link needs exactly 3"
-            )
+            raise SceneError(f"{label}masses has length {len(link.masses)}; a joint-masses link needs exactly 3")
         case PointMasses() if not link.masses:
             raise SceneError(f"{label}masses is empty; a point-masses link needs at least one mass")
         case PointMasses() if len(link.masses) != len(link.fractions):

@@ -47,7 +47,9 @@ sys.modules[__name__].__class__ = _Model
 def init_source(model: Model, backend: str, kernel: str) -> str:
     """`__init__.py` of the package; it needs NumPy only."""
     functions = [program.name for program in model.programs]
-    facts = "".join(f"{name} = {pprint.pformat(value, width=110, sort_dicts=False)}\n" for name, value in model.facts.items())
+    facts = "".join(
+        f"{name} = {pprint.pformat(value, width=110, sort_dicts=False)}\n" for name, value in model.facts.items()
+    )
     return INIT.format(
         title=model.title,
         legend=legend(model, ""),
@@ -63,11 +65,11 @@ def init_source(model: Model, backend: str, kernel: str) -> str:
 
 def legend(model: Model, prefix: str) -> str:
     """What each element of each argument is, a line each."""
-    seen: dict[str, tuple[str, ...]] = {}
+    seen: dict[str, list[str]] = {}
     for program in model.programs:
         for array in program.inputs:
-            seen.setdefault(array.name, array.symbols)
+            seen.setdefault(array.name, array.labels)
     lines: list[str] = []
-    for name, symbols in sorted(seen.items(), key=lambda item: "qvauwp".index(item[0])):
-        lines += [f"{name}[{i}]  {symbol}" for i, symbol in enumerate(symbols)]
+    for name, labels in sorted(seen.items(), key=lambda item: "qvauwp".index(item[0])):
+        lines += [f"{name}[{i}]  {symbol}" for i, symbol in enumerate(labels)]
     return "\n".join(f"{prefix}{line}".rstrip() for line in lines)

@@ -263,9 +263,7 @@ def _apart(link: LinkSymbols, masses: list[tuple[Node, Node]], direct: Node) -> 
     """Σ_{k<l} m_k m_l (r_k - r_l)², which is Σ m Σ m r² - (Σ m r)² without its cancellation; direct for many."""
     if len(masses) > 4:
         return direct
-    terms = (
-        (m * n) * _squared(link.graph.node(r - q)) for k, (m, r) in enumerate(masses) for n, q in masses[:k]
-    )
+    terms = ((m * n) * _squared(link.graph.node(r - q)) for k, (m, r) in enumerate(masses) for n, q in masses[:k])
     return link.graph.sum(terms)
 
 

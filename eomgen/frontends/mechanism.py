@@ -44,9 +44,7 @@ class LinkSymbols:
         spring: k (s - s₀) + d ṡ along the length, zero without.
     """
 
-    def __init__(
-        self, link: Link, graph: Graph, values: dict[str, Node], parent: LinkSymbols | None = None
-    ) -> None:
+    def __init__(self, link: Link, graph: Graph, values: dict[str, Node], parent: LinkSymbols | None = None) -> None:
         zero, symbol = graph.zero, graph.symbol
         name = link.name
         self.graph = graph
@@ -168,6 +166,11 @@ class Mechanism:
                 units[self.gravity] = "m/s^2"
                 p.append(self.gravity)
         links, free = self.links, [self.links[i] for i in scene.free]
+        for k in links:
+            angles = (k.angle, k.rate, k.acceleration, k.torque)
+            lengths = (k.length, k.length_rate, k.length_acceleration, k.force) if k.varies else ()
+            units.update(zip(angles, ("rad", "rad/s", "rad/s^2", "N m"), strict=True))
+            units.update(zip(lengths, ("m", "m/s", "m/s^2", "N"), strict=False))
         self.symbols = Symbols(
             graph=graph,
             q=tuple([k.angle for k in links] + [k.length for k in free]),

@@ -7,7 +7,7 @@ prime field (`PrimeField`, an exact test of identity) or at any precision (`Digi
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, Protocol
 
@@ -15,6 +15,9 @@ import numpy as np
 
 from eomgen.errors import UnsupportedError
 from eomgen.ir.expr import Node, reachable
+from eomgen.ir.program import Block, Program
+
+Label = Callable[[Node], str]
 
 
 class Arithmetic(Protocol):
@@ -22,16 +25,19 @@ class Arithmetic(Protocol):
 
     def constant(self, value: int | Fraction) -> Any: ...
     def apply(self, op: str, *args: Any) -> Any: ...
-    def turn(self, angle: Node, values: Mapping[Node, Any]) -> tuple[Any, Any]: ...
+    def turn(self, angle: Node, values: Mapping[Node, Any], label: Label) -> tuple[Any, Any]: ...
 
 
-def evaluate(outputs: Sequence[Node], given: Mapping[Node, Any], arithmetic: Arithmetic) -> list[Any]:
+def evaluate(
+    outputs: Sequence[Node], given: Mapping[Node, Any], arithmetic: Arithmetic, label: Label | None = None
+) -> list[Any]:
     """The values of some expressions.
 
     Args:
         outputs: the expressions.
         given: the values of symbols (or of any node, which is then not looked behind).
         arithmetic: the kind of number.
+        label: the name of a symbol, where it is not the symbol's own.
 
     Raises:
         KeyError: a symbol has no value.
@@ -48,13 +54,52 @@ def evaluate(outputs: Sequence[Node], given: Mapping[Node, Any], arithmetic: Ari
             raise KeyError(f"symbol {node.name!r} has no value")
         elif op == "sin" or op == "cos":
             if args[0] not in turns:
-                turns[args[0]] = arithmetic.turn(args[0], values)
+                turns[args[0]] = arithmetic.turn(args[0], values, label or _own_name)
             values[node] = turns[args[0]][op == "sin"]
         elif len(args) == 2:
             values[node] = arithmetic.apply(op, values[args[0]], values[args[1]])
         else:
             values[node] = arithmetic.apply(op, values[args[0]])
     return [values[output] for output in outputs]
+
+
+def _own_name(symbol: Node) -> str:
+    return symbol.name
+
+
+def run(program: Program, inputs: Mapping[str, Sequence[Any]], arithmetic: Arithmetic) -> list[Any]:
+    """The result of a program, block by block, loops included.
+
+    Args:
+        program: the program.
+        inputs: the elements of every input array, flattened.
+        arithmetic: the kind of number.
+    """
+    arrays: dict[str, list[Any]] = {name: list(values) for name, values in inputs.items()}
+    for array in (*program.scratch, program.output):
+        arrays[array.name] = [None] * array.size
+    names = {array.name: array.symbols for array in program.inputs}
+    for block in (*program.constants, *program.blocks):
+        for k in range(block.count):
+            _run_once(block, k, arrays, names, arithmetic)
+    return arrays[program.output.name]
+
+
+def _run_once(
+    block: Block, k: int, arrays: dict[str, list[Any]], names: Mapping[str, tuple[str, ...]], arithmetic: Arithmetic
+) -> None:
+    """Iteration k of a block."""
+
+    def label(node: Node) -> str:
+        place = block.loads[node]
+        return names[place.array][place.indices[k]]
+
+    given = {node: arrays[place.array][place.indices[k]] for node, place in block.loads.items()}
+    values = evaluate([store.node for store in block.stores], given, arithmetic, label)
+    for store, value in zip(block.stores, values, strict=True):
+        array, index = arrays[store.place.array], store.place.indices[k]
+        if index >= 0:
+            array[index] = arithmetic.apply("add", array[index], value) if store.add else value
 
 
 class Floats:
@@ -65,7 +110,7 @@ class Floats:
     def constant(self, value: int | Fraction) -> float:
         return float(value)
 
-    def turn(self, angle: Node, values: Mapping[Node, Any]) -> tuple[Any, Any]:
+    def turn(self, angle: Node, values: Mapping[Node, Any], label: Label) -> tuple[Any, Any]:
         return np.cos(values[angle]), np.sin(values[angle])
 
     def apply(self, op: str, a: Any, b: Any = None) -> Any:
@@ -108,7 +153,7 @@ class Digits:
     def constant(self, value: int | Fraction) -> Any:
         return self.context.mpf(value.numerator) / value.denominator
 
-    def turn(self, angle: Node, values: Mapping[Node, Any]) -> tuple[Any, Any]:
+    def turn(self, angle: Node, values: Mapping[Node, Any], label: Label) -> tuple[Any, Any]:
         cos, sin = self.context.cos_sin(values[angle])
         return cos, sin
 
@@ -163,12 +208,12 @@ class PrimeField:
     def constant(self, value: int | Fraction) -> int:
         return value.numerator * pow(value.denominator, -1, self.P) % self.P
 
-    def turn(self, angle: Node, values: Mapping[Node, int]) -> tuple[int, int]:
+    def turn(self, angle: Node, values: Mapping[Node, int], label: Label) -> tuple[int, int]:
         points: dict[Node, tuple[int, int]] = {}
         for node in reachable([angle]):
             args = node.args
             if node.op == "symbol":
-                points[node] = self._point(node.name)
+                points[node] = self._point(label(node))
             elif node.op == "neg":
                 c, s = points[args[0]]
                 points[node] = (c, -s % self.P)

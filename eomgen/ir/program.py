@@ -26,13 +26,21 @@ class Array:
         name: its name, an identifier.
         shape: its shape; indices are into the flattened array, the last axis running fastest.
         role: input, output, constants (filled at the rate of the parameters) or work.
-        symbols: for an input or output, what the elements are, for comments.
+        symbols: for an input, the names of its elements.
+        units: their units, as many, or none.
     """
 
     name: str
     shape: tuple[int, ...]
     role: Role
     symbols: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+
+    @property
+    def labels(self) -> list[str]:
+        """The elements' names with their units, for comments."""
+        units = self.units or ("",) * len(self.symbols)
+        return [f"{name} ({unit})" if unit else name for name, unit in zip(self.symbols, units, strict=True)]
 
     @property
     def size(self) -> int:

@@ -23,9 +23,7 @@ def run(program: Program, limit: int = LIMIT) -> Program:
     return replace(program, constants=constants, blocks=blocks, scratch=tuple(scratch))
 
 
-def _pieces(
-    blocks: tuple[Block, ...], array: str, role: str, scratch: list[Array], limit: int
-) -> tuple[Block, ...]:
+def _pieces(blocks: tuple[Block, ...], array: str, role: str, scratch: list[Array], limit: int) -> tuple[Block, ...]:
     pieces: list[Block] = []
     size = 0
     for block in blocks:

@@ -19,7 +19,7 @@ def run(program: Program) -> Program:
     size = 0
     for block in program.blocks:
         still = _still(block)
-        moved = [node for node in _frontier(block, still)]
+        moved = list(_frontier(block, still))
         if not moved:
             blocks.append(block)
             continue

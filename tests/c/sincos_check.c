@@ -4,8 +4,8 @@
  *   sincos_check pivot T     d, ref ...  -> inverse, flags, ...
  *   sincos_check other T     a, b, c ... -> fma(a, b, c), sqrt(a), exp(a), log(a), set(a) ...
  *   sincos_check flags T     x ...       -> flags, ...               1 invalid, 2 overflow, 4 divide by zero
- *   sincos_check lanes T     x ...       -> (text) number of lanes whose bits differ from the scalar type's, each x tried in
- *                                           every lane position beside ever different others
+ *   sincos_check lanes T     x ...       -> (text) number of lanes whose bits differ from the scalar type's; each x is
+ *                                           tried in every lane position beside ever different others
  *   sincos_check speed                   -> (text) nanoseconds per pair for every type
  *   sincos_check target                  -> (text) fused or not, vector width
  *
@@ -39,7 +39,8 @@ static __attribute__((noinline)) void EOM_NAME(pivot)(const double *d, const dou
     for (int i = 0; i < EOM_LANES; i++) inverse[i] = (double)out[i];
 }
 
-static __attribute__((noinline)) void EOM_NAME(other)(const double *a, const double *b, const double *c, double *results)
+static __attribute__((noinline)) void EOM_NAME(other)(const double *a, const double *b, const double *c,
+                                                      double *results)
 {
     EOM_NAME(element) in[3][EOM_LANES], out[5][EOM_LANES];
     eom_real v[3], r[5];
@@ -220,7 +221,10 @@ static _Alignas(64) long double arrays[3][BENCH];
 
 static void libm_many(const void *x, void *s, void *c, int n)
 {
-    for (int i = 0; i < n; i++) ((double *)s)[i] = sin(((const double *)x)[i]), ((double *)c)[i] = cos(((const double *)x)[i]);
+    for (int i = 0; i < n; i++) {
+        ((double *)s)[i] = sin(((const double *)x)[i]);
+        ((double *)c)[i] = cos(((const double *)x)[i]);
+    }
 }
 
 static double speed(void (*many)(const void *, void *, void *, int))
@@ -254,7 +258,8 @@ int main(int argc, char **argv)
     static const struct {
         const char *name;
         void (*run)(const type *);
-    } commands[] = {{"sincos", do_sincos}, {"pivot", do_pivot}, {"other", do_other}, {"flags", do_flags}, {"lanes", do_lanes}};
+    } commands[] = {{"sincos", do_sincos}, {"pivot", do_pivot}, {"other", do_other}, {"flags", do_flags},
+                  {"lanes", do_lanes}};
     if (argc == 2 && !strcmp(argv[1], "target")) return printf("%d %d\n", EOM_FUSED, EOM_VECTOR_BYTES) < 0;
     if (argc == 2 && !strcmp(argv[1], "speed")) return do_speed(), 0;
     for (size_t i = 0; argc == 3 && i < sizeof commands / sizeof *commands; i++)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import textwrap
 from collections.abc import Iterable
 from fractions import Fraction
@@ -60,9 +61,7 @@ def _routine(program: Program, name: str, blocks: tuple[Block, ...], constants: 
     calls: list[str] = []
     for number_, (block, body) in enumerate(zip(blocks, bodies, strict=True), 1):
         lines = [f"/* {block.title} */", *_used(pointers, body), *body]
-        parts.append(
-            template.PART.format(name=f"{name}_{number_}", parameters=parameters, body=_indent(lines))
-        )
+        parts.append(template.PART.format(name=f"{name}_{number_}", parameters=parameters, body=_indent(lines)))
         arguments = "p, c" if constants else "in, p, c, out, work"
         calls.append(f"EOM_NAME({name}_{number_})({arguments});")
     return "\n".join([*parts, template.FUNCTION.format(name=name, parameters=parameters, body=_indent(calls))])
@@ -134,7 +133,7 @@ class _Loop:
         if self.block.count == 1:
             return str(indices[0])
         stride = indices[1] - indices[0]
-        if all(b - a == stride for a, b in zip(indices, indices[1:], strict=False)):
+        if all(b - a == stride for a, b in itertools.pairwise(indices)):
             return affine(indices[0], stride)
         name = self.tables.setdefault(indices, f"at{len(self.tables)}")
         return f"{name}[k]"
@@ -143,8 +142,7 @@ class _Loop:
         if self.block.count == 1:
             return lines
         tables = [
-            f"static const int {name}[] = {{{', '.join(map(str, indices))}}};"
-            for indices, name in self.tables.items()
+            f"static const int {name}[] = {{{', '.join(map(str, indices))}}};" for indices, name in self.tables.items()
         ]
         body = [f"    {line}" for line in lines]
         return [*tables, f"for (int k = 0; k < {self.block.count}; k++) {{", *body, "}"]

@@ -11,7 +11,7 @@
  *   f80      eom_f80  = long double (80 bits on x86; whatever it is elsewhere)  1
  *
  *   eom_set_T(double a)              a in every lane
- *   eom_fma_T(a, b, c)               a b + c: one instruction, rounded once, where the target has one; else rounded twice
+ *   eom_fma_T(a, b, c)               a b + c: rounded once where the target has an instruction for it, else twice
  *   eom_sincos_T(x, &s, &c)          sine and cosine, section 5
  *   eom_pivot_inverse_T(d, ref)      1/d if d > 16 EPS ref; else NaN and the `invalid` flag
  *   eom_sqrt_T, eom_exp_T, eom_log_T
@@ -29,7 +29,6 @@
 #define EOMGEN_REAL_H
 
 #include <math.h>
-#include <stdint.h>
 
 
 /* ---- 1. Target --------------------------------------------------------------------------------------------------- */
@@ -129,8 +128,16 @@ EOM_INLINE eom_f64x2 eom_set_f64x2(double a) { return (eom_f64x2){a, a}; }
 
 /* ---- 4. Fused multiply-add --------------------------------------------------------------------------------------- */
 
-EOM_INLINE eom_f64 eom_fma_f64(eom_f64 a, eom_f64 b, eom_f64 c) { return EOM_FUSED ? __builtin_fma(a, b, c) : a * b + c; }
-EOM_INLINE eom_f32 eom_fma_f32(eom_f32 a, eom_f32 b, eom_f32 c) { return EOM_FUSED ? __builtin_fmaf(a, b, c) : a * b + c; }
+EOM_INLINE eom_f64 eom_fma_f64(eom_f64 a, eom_f64 b, eom_f64 c)
+{
+    return EOM_FUSED ? __builtin_fma(a, b, c) : a * b + c;
+}
+
+EOM_INLINE eom_f32 eom_fma_f32(eom_f32 a, eom_f32 b, eom_f32 c)
+{
+    return EOM_FUSED ? __builtin_fmaf(a, b, c) : a * b + c;
+}
+
 EOM_INLINE eom_f80 eom_fma_f80(eom_f80 a, eom_f80 b, eom_f80 c) { return a * b + c; }
 
 /* Vectors: the compiler's own builtin, which needs no 60 ms of <immintrin.h>; lane by lane where none is known. */
@@ -194,34 +201,34 @@ EOM_INLINE eom_f32v eom_fma_f32v(eom_f32v a, eom_f32v b, eom_f32v c)
  *
  * eom_sincos_T(x, &s, &c).  Largest error, in units in the last place of the exact value:
  *
- *   f64, f64v   |x| <= 2^20: 0.78 ulp (0.9 where no operations are fused) by analysis of the rounding of each step below;
- *               0.72 (0.77) in the worst of 10^6 arguments measured with ball arithmetic by tests/test_sincos.py
+ *   f64, f64v   |x| <= 2^20: 0.78 ulp (0.9 where no operations are fused) by analysis of the rounding of every step;
+ *               0.73 (0.79) the worst of 8 10^6 arguments measured with ball arithmetic (tests/test_sincos.py)
  *   f32, f32v   |x| <= 2^20: 0.6 ulp; computed in double, rounded to float once
  *   f80, and all types beyond 2^20: that of libm's sin and cos
  *
  * sin(-0.0) is -0.0, infinities give NaN and raise `invalid` as in libm, and no finite argument raises `invalid`,
  * `overflow` or `divide by zero`.
  *
- * Method.  With k the integer nearest to 2x/pi and r = x - k pi/2, |r| <= pi/4, sine and cosine of x are those of r up to
- * exchange and signs, which k mod 4 decides.
+ * Method.  With k the integer nearest to 2x/pi and r = x - k pi/2, |r| <= pi/4, sine and cosine of x are those of r
+ * up to exchange and signs, which k mod 4 decides.
  *
- * k.  Adding 1.5 2^52 to 2x/pi pushes the fraction out of the significand: the sum's low bits are k (two's complement), and
- * subtracting 1.5 2^52 again gives k as a double.  No conversion to an integer, hence no flag and no branch.
+ * k.  Adding 1.5 2^52 to 2x/pi pushes the fraction out of the significand: the sum's low bits are k (two's complement),
+ * and subtracting 1.5 2^52 again gives k as a double.  No conversion to an integer, hence no flag and no branch.
  *
- * r (EOM_REDUCE).  It is computed as hi - tail, hi to full precision and tail the small rest.  Doubles up to 2^20 come as
- * close as 2^-60.5 to a multiple of pi/2 (29 pi/2 = 45.55...), so the reduction must be right to about 2^-115: pi/2 is cut
- * into parts P1 + P2 + ..., each short enough that the operations marked "exact" are.
+ * r (EOM_REDUCE).  It is computed as hi - tail, hi being r rounded and tail the small rest.  Doubles up to 2^20 come as
+ * close as 2^-60.5 to a multiple of pi/2 (29 pi/2 = 45.55...), so the reduction must be right to about 2^-115: pi/2 is
+ * cut into parts P1 + P2 + ..., each short enough that the operations marked "exact" are.
  *
  * Polynomials.  y = -r^2/2 (negative, so that every coefficient of sine has one sign, every one of cosine another).
  *     sin(hi - tail) = hi - (hi y S(y) + tail (1 + y))
  *     cos(hi - tail) = (1 + y) + (y^2 C(y) + hi tail)
  * S and C are minimax polynomials of degree 5 on |r| <= pi/4 (Remez exchange in 50 digits; then coefficient after
  * coefficient rounded to double and the rest fitted again): relative errors 2^-57.9 of the sine, 2^-63.9 of the cosine.
- * The sum w = 1 + y is rounded and e = (1 - w) + y is its error; with fused operations neither contains a rounding of y.
+ * The sum w = 1 + y is rounded and e = (1 - w) + y is its error; where operations are fused, neither has y rounded.
  * For x = -0, tail is +0 and hi - (0 + 0) = -0.
  *
- * Exchange and signs.  With the bits of k in `odd` (bit 0) and `half` (bit 1), moved to the sign's place: odd k exchanges
- * sine and cosine, `half` flips both signs, `odd` that of the cosine.
+ * Exchange and signs.  Bits 0 and 1 of k, shifted to the place of the sign, are `odd` and `half`: odd k exchanges sine
+ * and cosine, `half` flips the signs of both, `odd` that of the cosine.
  */
 
 #define EOM_SINCOS_LIMIT 0x1p20
@@ -264,8 +271,8 @@ EOM_INLINE eom_f32v eom_fma_f32v(eom_f32v a, eom_f32v b, eom_f32v c)
     *(sine) = (V)((I)(s) ^ flip);                                                                                     \
     *(cosine) = (V)((I)(c) ^ flip ^ odd)
 
-/* eom_sincos_near_T: |x| <= 2^20 in every lane.  eom_sincosf_near_T: the same to the precision of float; there r needs two
- * parts of pi/2 only (2^-87.9), and 3 and 4 coefficients suffice (minimax: 2^-28.0, 2^-33.9). */
+/* eom_sincos_near_T: |x| <= 2^20 in every lane.  eom_sincosf_near_T: the same to the precision of float; there r needs
+ * only two parts of pi/2 (error 2^-87.9), and 3 and 4 coefficients suffice (minimax: 2^-28.0, 2^-33.9). */
 #define EOM_DEFINE_SINCOS_NEAR(T, V, I, FMA, SET)                                                                     \
     EOM_INLINE void eom_sincos_near_##T(V x, V *sine, V *cosine)                                                      \
     {                                                                                                                 \
@@ -346,8 +353,8 @@ EOM_INLINE void eom_sincos_f80(eom_f80 x, eom_f80 *sine, eom_f80 *cosine)
     *cosine = cosl(x);
 }
 
-/* Vectors: not 0 if any lane is beyond the limit, infinite or NaN.  The bits of |x| are compared as integers, which raises
- * no flag; without mask registers the difference's signs are gathered. */
+/* Vectors: not 0 if any lane is beyond the limit, infinite or NaN.  The bits of |x| are compared as integers, which
+ * raises no flag; without mask registers the difference's signs are gathered. */
 
 EOM_INLINE int eom_any_far_f64v(eom_f64v x)
 {
@@ -442,7 +449,7 @@ EOM_INLINE void eom_sincos_near_f32v(eom_f32v x, eom_f32v *sine, eom_f32v *cosin
     *cosine = eom_narrow_f32v(c_low, c_high);
 }
 
-/* The whole vector when some lane is far: libm for the far lanes, zeros in their place for the computation of the others,
+/* The whole vector when some lane is far: libm for the far lanes, zeros in their place while the others are computed,
  * which thus get the bits they always get. */
 
 EOM_COLD void eom_sincos_far_f64v(const eom_f64v *x, eom_f64v *sine, eom_f64v *cosine)
@@ -490,8 +497,8 @@ EOM_DEFINE_SINCOS_VECTOR(f32v)
 
 /* ---- 6. Pivot ----------------------------------------------------------------------------------------------------
  *
- * eom_pivot_inverse_T(d, ref): 1/d where d > 16 EPS ref (EPS: of the type, 2^-52 for double), ref being the size of the terms
- * that d was computed from; elsewhere, and where d or ref is NaN, NaN with the flag `invalid` raised by 0/0.
+ * eom_pivot_inverse_T(d, ref): 1/d where d > 16 EPS ref (EPS: of the type, 2^-52 for double), ref being the size of the
+ * terms that d was computed from; elsewhere, and where d or ref is NaN, NaN with the flag `invalid`, which 0/0 raises.
  */
 
 /* volatile: no compiler may know the quotient beforehand. */

@@ -1,0 +1,271 @@
+"""The command line: arguments in, the library called, an error to one line and an exit code.
+
+Nothing heavy is imported before it is needed, so `--help` answers at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import TYPE_CHECKING, NoReturn
+
+if TYPE_CHECKING:
+    from eomgen.scene import Scene
+
+EXAMPLES = {
+    "": """\
+examples:
+  eomgen compile --links 5 --method matrix       the paper's five-link chain, into the cache
+  eomgen compile walker.toml --out walker5       a scene of your own, as a package that stands alone
+  eomgen show walker.toml                        its equations and operation counts
+  eomgen verify walker.toml                      prove that all methods and back ends agree
+
+exit codes: 0 fine, 1 a check failed, 2 bad input, 3 a build failed""",
+    "compile": """\
+examples:
+  eomgen compile --links 5 --method matrix
+  eomgen compile --links 20 --model rigid --method articulated --backend numpy
+  eomgen compile walker.toml --method lagrange --out walker5
+  eomgen compile walker.toml --functions forward_dynamics,energy --fold""",
+    "show": """\
+examples:
+  eomgen show --links 2 --model rigid            coordinates, equations, operation counts
+  eomgen show walker.toml --method lagrange --latex
+  eomgen show walker.toml --c                    the C that would be compiled""",
+    "verify": """\
+examples:
+  eomgen verify walker.toml
+  eomgen verify --links 3 --model telescopic --backend numpy""",
+    "bench": """\
+examples:
+  eomgen bench table1 --links 1..50              generation times beside the published ones
+  eomgen bench table1 --help                     the options of a suite""",
+}
+
+
+class _Parser(argparse.ArgumentParser):
+    """Argument errors in the one-line form of all others."""
+
+    def error(self, message: str) -> NoReturn:
+        from eomgen.errors import one_line
+
+        sys.stderr.write(f"eomgen: error: {one_line(message, 600)}; see {self.prog} --help\n")
+        sys.exit(2)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command line and returns the exit code; every error a user can cause is one line."""
+    words = sys.argv[1:] if arguments is None else arguments
+    debug = "--debug" in words
+    from eomgen.errors import EomgenError
+
+    try:
+        return run([word for word in words if word != "--debug"])
+    except EomgenError as error:
+        if debug:
+            raise
+        print(f"eomgen: error: {error}", file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        print("eomgen: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        sys.stderr.close()
+        return 0
+
+
+def run(arguments: list[str]) -> int:
+    """Parses the arguments and runs the command; errors pass through."""
+    if arguments[:1] == ["--version"]:
+        from eomgen.version import __version__
+
+        print(f"eomgen {__version__}")
+        return 0
+    if arguments[:1] == ["bench"] and len(arguments) > 1 and arguments[1] not in ("-h", "--help"):
+        return bench(arguments[1], arguments[2:])
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    if options.command is None:
+        parser.print_help()
+        return 0
+    return int({"compile": compile_, "show": show, "verify": verify}[options.command](options))
+
+
+def _parser() -> argparse.ArgumentParser:
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = _Parser(
+        prog="eomgen",
+        description="Compiles planar trees of rigid and variable-length links into their equations of motion.",
+        epilog=EXAMPLES[""],
+        formatter_class=raw,
+    )
+    parser.add_argument("--version", action="store_true", help="print the version and exit")
+    parser.add_argument("--debug", action="store_true", help="show a traceback instead of a one-line error")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", title="commands")
+
+    def command(name: str, text: str) -> argparse.ArgumentParser:
+        made = commands.add_parser(
+            name, help=text, description=text[0].upper() + text[1:] + ".", epilog=EXAMPLES[name], formatter_class=raw
+        )
+        assert isinstance(made, argparse.ArgumentParser)
+        return made
+
+    made = command("compile", "derive, emit and compile a scene into an importable module")
+    _scene_options(made)
+    _method_option(made)
+    made.add_argument("--backend", default="c", metavar="NAME", help="c (default) or numpy")
+    made.add_argument("--out", metavar="DIR", help="write the package to this folder; it needs NumPy only")
+    made.add_argument("--force", action="store_true", help="replace the package that stands in --out")
+    made.add_argument("--fold", action="store_true", help="compile the scene's numbers in; p has length 0")
+    made.add_argument("--functions", metavar="A,B", help="build only these functions")
+    made.add_argument(
+        "--dtypes", default="float64", metavar="A,B", help="float64 (default), float32, longdouble; separated by commas"
+    )
+    made.add_argument("--portable", action="store_true", help="build for any processor of this architecture")
+
+    made = command("show", "print the equations, their operation counts or the C of a scene")
+    _scene_options(made)
+    _method_option(made)
+    kinds = made.add_mutually_exclusive_group()
+    kinds.add_argument("--latex", action="store_true", help="mass matrix and bias in LaTeX (needs SymPy)")
+    kinds.add_argument("--c", action="store_true", help="the C kernels")
+    kinds.add_argument("--python", action="store_true", help="the NumPy kernels")
+    made.add_argument("--functions", metavar="A,B", help="only these functions")
+
+    made = command("verify", "prove that all methods are identical functions and measure each back end's error")
+    _scene_options(made)
+    made.add_argument("--backend", action="append", metavar="NAME", help="c or numpy (default both); may be repeated")
+    made.add_argument(
+        "--states", type=_positive, default=10, metavar="N", help="random states per function (default 10)"
+    )
+
+    command("bench", "run a benchmark suite of a checkout").add_argument(
+        "suite", metavar="SUITE", help="a suite of bench/: table1"
+    )
+    return parser
+
+
+def _scene_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", nargs="?", metavar="SCENE.toml", help="a scene file; or --links for a chain")
+    chain = parser.add_argument_group("a chain instead of a file")
+    chain.add_argument("--links", type=_positive, metavar="N", help="number of links")
+    chain.add_argument(
+        "--model", metavar="NAME", help="rigid, elastic-rod, telescopic, joint-masses or point-masses (default)"
+    )
+    chain.add_argument("--length", metavar="L", help="free (default), prescribed, or a fixed length in metres")
+
+
+def _method_option(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--method", default="matrix", metavar="NAME", help="lagrange, recursive, matrix (default) or articulated"
+    )
+
+
+def _positive(text: str) -> int:
+    try:
+        number = int(text)
+    except ValueError:
+        number = 0
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is no whole number of at least 1")
+    return number
+
+
+def _scene(options: argparse.Namespace) -> Scene:
+    """The scene file, or the chain that the options describe."""
+    from eomgen.catalog import chain
+    from eomgen.errors import OptionError, shown
+    from eomgen.scene_file import load_scene
+
+    chain_options = {"--model": options.model, "--length": options.length, "--links": options.links}
+    if options.scene is not None:
+        given = [name for name, value in chain_options.items() if value is not None]
+        if given:
+            raise OptionError(
+                f"{given[0]} is for a chain, not for the scene file {shown(options.scene)}; give one of them"
+            )
+        return load_scene(options.scene)
+    if options.links is None:
+        raise OptionError("no scene: name a scene file, or give --links N for a chain")
+    length: str | float | None = options.length
+    if isinstance(length, str) and length not in ("free", "prescribed"):
+        try:
+            length = float(length)
+        except ValueError:
+            raise OptionError(
+                f"--length {shown(length)} is no length; allowed: free, prescribed, or a number in metres"
+            ) from None
+    return chain(options.links, model=options.model or "point-masses", length=length)
+
+
+def _names(text: str | None) -> list[str] | None:
+    return None if text is None else [name.strip() for name in text.split(",") if name.strip()]
+
+
+def compile_(options: argparse.Namespace) -> int:
+    """eomgen compile"""
+    from eomgen import report
+    from eomgen.pipeline import compile as compile_scene
+
+    scene = _scene(options)
+    module = compile_scene(
+        scene,
+        method=options.method,
+        backend=options.backend,
+        out=options.out,
+        fold=options.fold,
+        dtypes=_names(options.dtypes) or [],
+        functions=_names(options.functions),
+        force=options.force,
+        portable=options.portable,
+        progress=report.progress,
+    )
+    print(report.compiled(module, in_cache=options.out is None))
+    return 0
+
+
+def show(options: argparse.Namespace) -> int:
+    """eomgen show"""
+    from eomgen import report
+
+    scene, names = _scene(options), _names(options.functions)
+    kind = "latex" if options.latex else "c" if options.c else "python" if options.python else "text"
+    print(report.shown_equations(scene, options.method, names, kind))
+    return 0
+
+
+def verify(options: argparse.Namespace) -> int:
+    """eomgen verify"""
+    from eomgen import report
+    from eomgen.errors import CheckError
+    from eomgen.verification import verify as verify_scene
+
+    result = verify_scene(_scene(options), backends=options.backend, states=options.states, progress=report.progress)
+    print(report.verification(result))
+    if not result.passed:
+        raise CheckError(
+            f"{result.failures} of {result.checks} checks failed for scene {result.scene!r}; see the table above"
+        )
+    return 0
+
+
+def bench(suite: str, arguments: list[str]) -> int:
+    """eomgen bench: runs bench/<suite>.py of the checkout this package stands in."""
+    import subprocess
+    from pathlib import Path
+
+    from eomgen.errors import OptionError, unknown
+
+    root = Path(__file__).resolve().parent.parent
+    suites = sorted(
+        path.stem for path in (root / "bench").glob("*.py") if "\ndef main(" in path.read_text(encoding="utf-8")
+    )
+    if not suites:
+        raise OptionError("the benchmarks are not part of the installed package; run eomgen bench in a checkout of it")
+    if suite not in suites:
+        raise OptionError(unknown("benchmark suite", suite, suites))
+    return subprocess.run([sys.executable, "-m", f"bench.{suite}", *arguments], cwd=root, check=False).returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,180 @@
+"""What the command line prints: plain text for people."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from types import ModuleType
+
+from eomgen import backends, pipeline
+from eomgen.errors import UnsupportedError
+from eomgen.ir.count import program_operations
+from eomgen.ir.equations import Equations
+from eomgen.ir.program import Program
+from eomgen.ir.text import dump
+from eomgen.scene import Scene
+from eomgen.verification import Verification
+
+
+def progress(text: str) -> None:
+    """Shows what is being done on a terminal; the line is overwritten by the next."""
+    if sys.stderr.isatty():
+        sys.stderr.write(f"\r\x1b[K{text} ..." if text != "load" else "\r\x1b[K")
+        sys.stderr.flush()
+
+
+def table(rows: Sequence[Sequence[str]], header: Sequence[str]) -> str:
+    """Columns as wide as they must be; all but the first are aligned to the right."""
+    cells = [list(header), *map(list, rows)]
+    widths = [max(len(row[column]) for row in cells) for column in range(len(header))]
+    lines = [
+        "  ".join(
+            cell.ljust(width) if column == 0 else cell.rjust(width)
+            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in cells
+    ]
+    return "\n".join([lines[0], "  ".join("-" * width for width in widths), *lines[1:]])
+
+
+def compiled(module: ModuleType, in_cache: bool) -> str:
+    """Where a module is, what it offers, how long it took, and three lines that run."""
+    info, folder = module.info, os.path.dirname(module.__file__ or "")
+    rows = [
+        [
+            name,
+            getattr(module, name).signature,
+            str(sum(counts["state"].values())),
+            str(sum(counts["parameters"].values())),
+        ]
+        for name, counts in info["operations"].items()
+    ]
+    name = module.__name__ if in_cache else os.path.basename(folder)
+    vectors = ["q", "v", "u"] + (["w"] if module.w_names else []) + ["model.p"]
+    n = len(module.q_names)
+    filled = [f"numpy.ones({n})", f"numpy.zeros({n})", f"numpy.zeros({len(module.u_names)})"]
+    if module.w_names:
+        filled.append(f"numpy.tile([1.0, 0.0, 0.0], ({len(module.w_names)}, 1))")
+    call = "forward_dynamics" if hasattr(module, "forward_dynamics") else ""
+    lines = [
+        f"module    {folder}",
+        f"scene     {module.scene.get('name', 'user system')}: {n} coordinates, {len(module.p)} parameters; "
+        f"method {module.method}, back end {module.backend}",
+        "seconds   " + ", ".join(f"{stage} {seconds:.3f}" for stage, seconds in info["seconds"].items()),
+        "",
+        table(rows, ["function", "signature", "operations per state", "per parameter set"]),
+        "",
+    ]
+    if call:
+        where = "" if in_cache else f"    # from {os.path.dirname(folder)}"
+        lines += [
+            "try it:",
+            f"  import numpy, {name} as model{where}",
+            f"  {', '.join(vectors[:-1])} = {', '.join(filled)}",
+            f"  print(model.{call}({', '.join(vectors)}))",
+        ]
+    return "\n".join(lines).rstrip()
+
+
+def shown_equations(scene: Scene, method: str, names: Sequence[str] | None, kind: str) -> str:
+    """The equations of a scene: "text", "latex", "c" or "python"."""
+    equations = pipeline.derive(scene, method)
+    if kind == "latex":
+        return latex(equations)
+    built = pipeline.programs(equations, names)
+    if kind in ("c", "python"):
+        back_end = "c" if kind == "c" else "numpy"
+        model = pipeline.describe(equations, built, ("float64",), {})
+        files = backends.select(back_end).emit(model)
+        return files[f"csrc/{model.name}_kernels.h" if kind == "c" else "_kernel.py"].rstrip()
+    return "\n\n".join([_symbols(equations, scene), _counts(built), *(dump(program) for program in built)])
+
+
+def _symbols(equations: Equations, scene: Scene) -> str:
+    units = equations.symbols.units
+    lines = [f"{scene.name}: {len(scene.links)} links, {len(equations.q)} coordinates, method {equations.method}"]
+    lines.append("M(q, w, p) a + h(q, v, w, p) = Q(u)")
+    groups = {"q": equations.q, "u": equations.u, "w": [row[0] for row in equations.w], "p": equations.p}
+    for letter, nodes in groups.items():
+        lines += [
+            f"  {letter}[{i}]  {node.name}" + (f" ({units[node]})" if node in units else "")
+            for i, node in enumerate(nodes)
+        ]
+    return "\n".join(lines)
+
+
+def _counts(built: Sequence[Program]) -> str:
+    kinds = ("add", "sub", "mul", "div", "pivot_inverse", "sin", "cos")
+    rows = []
+    for program in built:
+        counts = program_operations(program)
+        state = counts["state"]
+        rows.append(
+            [program.name, *(str(state[kind]) for kind in kinds), str(state.total()), str(counts["parameters"].total())]
+        )
+    return table(rows, ["operations", *kinds[:4], "pivot", *kinds[5:], "per state", "per parameter set"])
+
+
+def latex(equations: Equations) -> str:
+    """M and h in LaTeX, written out without shared subexpressions.
+
+    Raises:
+        UnsupportedError: SymPy is missing, or there are more than 8 coordinates.
+    """
+    from eomgen.symbolic import import_sympy, to_sympy
+
+    n = len(equations.q)
+    if n > 8:
+        raise UnsupportedError(f"LaTeX of {n} coordinates would fill pages; allowed: up to 8; use plain show instead")
+    sympy = import_sympy()
+    names = {}
+    for link in getattr(getattr(equations, "mechanism", None), "links", []):
+        tag = link.name.replace("_", r"\_")
+        for attribute, letter in (
+            ("angle", r"\varphi"),
+            ("rate", r"\dot{\varphi}"),
+            ("length", "s"),
+            ("length_rate", r"\dot{s}"),
+            ("length_acceleration", r"\ddot{s}"),
+        ):
+            node = getattr(link, attribute)
+            if node.op == "symbol":
+                names[node.name] = sympy.Symbol(rf"{letter}_{{\mathrm{{{tag}}}}}", real=True)
+    names["gravity"] = sympy.Symbol("g", real=True)
+    for node in equations.p:
+        if node.name not in names:
+            text = node.name.replace("_", r"\_")
+            names[node.name] = sympy.Symbol(rf"\mathrm{{{text}}}", real=True)
+    mass = sympy.Matrix(n, n, to_sympy([node for row in equations.mass_matrix for node in row], names))
+    bias = sympy.Matrix(n, 1, to_sympy(list(equations.bias), names))
+    return f"M = {sympy.latex(mass)}\n\nh = {sympy.latex(bias)}"
+
+
+def verification(result: Verification) -> str:
+    """The tables of `eomgen verify`."""
+    progress("load")
+    methods = list(result.programs)
+    rows = [
+        [quantity, *("identical" if same else "DIFFERENT" for same in row.values())]
+        for quantity, row in result.identical.items()
+    ]
+    rows.append(["programs after passes", *("identical" if kept else "DIFFERENT" for kept in result.programs.values())])
+    exact = table(rows, [f"against {methods[0]}, exactly", *methods])
+    columns = sorted({item.backend for item in result.measured})
+    names = list(dict.fromkeys(item.function for item in result.measured))
+    errors = []
+    for name in names:
+        cells = []
+        for method in methods:
+            for backend in columns:
+                (item,) = [m for m in result.measured if (m.function, m.method, m.backend) == (name, method, backend)]
+                cells.append(f"{item.error:.2g}" + ("" if item.passed else " FAILED"))
+        (bound,) = [
+            m.bound for m in result.measured if (m.function, m.method, m.backend) == (name, methods[0], columns[0])
+        ]
+        errors.append([name, *cells, f"{bound:.3g}"])
+    heading = [f"{method}/{backend}" for method in methods for backend in columns]
+    measured = table(errors, ["largest error, eps", *heading, "bound"])
+    verdict = "all checks passed" if result.passed else f"{result.failures} of {result.checks} checks FAILED"
+    return f"{exact}\n\n{measured}\n\n{result.scene}: {verdict}"
