@@ -32,7 +32,23 @@ _HOME = {
     "lagrangian": "symbolic",
 }
 
-__all__ = ["__version__", *_HOME]  # noqa: PLE0604
+__all__ = [
+    "ElasticRod",
+    "EomgenError",
+    "JointMasses",
+    "PointMasses",
+    "Rigid",
+    "Scene",
+    "Telescopic",
+    "__version__",
+    "chain",
+    "compile",
+    "derive",
+    "extend",
+    "lagrangian",
+    "load_scene",
+    "walker",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
     from eomgen.scene import Scene
@@ -187,7 +187,7 @@ def _scene(options: argparse.Namespace) -> Scene:
         return load_scene(options.scene)
     if options.links is None:
         raise OptionError("no scene: name a scene file, or give --links N for a chain")
-    length: str | float | None = options.length
+    length: Any = options.length
     if isinstance(length, str) and length not in ("free", "prescribed"):
         try:
             length = float(length)

@@ -140,8 +140,8 @@ def _operation(item: Any, args: list[Node], graph: Graph, sympy: Any) -> Node:
             made: Node = getattr(graph, name)(args[0])
             return made
     raise UnsupportedError(
-        f"{shown(str(item.func.__name__))} is not supported; allowed: sums, products, powers with a fixed exponent that "
-        "is a multiple of 1/2, sqrt, sin, cos, tan, exp, log"
+        f"{shown(str(item.func.__name__))} is not supported; allowed: sums, products, powers with a fixed "
+        "exponent that is a multiple of 1/2, sqrt, sin, cos, tan, exp, log"
     )
 
 

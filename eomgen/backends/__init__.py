@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
-from eomgen.backends import c, numpy
+from eomgen.backends import c
+from eomgen.backends import numpy as numpy_
 from eomgen.errors import OptionError, unknown
 from eomgen.model import Model
 
@@ -14,15 +15,13 @@ from eomgen.model import Model
 class Backend(Protocol):
     """What a back end offers."""
 
-    DTYPES: tuple[str, ...]
-
     def emit(self, model: Model) -> dict[str, str]: ...
     def environment(self, portable: bool) -> Sequence[str]: ...
     def facts(self, portable: bool) -> dict[str, Any]: ...
     def build(self, folder: Path, model: Model, portable: bool) -> None: ...
 
 
-BACKENDS: dict[str, Backend] = {"c": c, "numpy": numpy}
+BACKENDS: dict[str, Backend] = {"c": c, "numpy": numpy_}
 
 
 def select(name: str) -> Backend:

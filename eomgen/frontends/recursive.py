@@ -9,14 +9,14 @@ growing number per column, the mass it carries, and a step costs only the depth 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 from eomgen.errors import OptionError
 from eomgen.frontends.mechanism import LinkSymbols, Mechanism, MechanismEquations
 from eomgen.ir.equations import Equations, Matrix, Vector
 from eomgen.ir.expr import Node
-from eomgen.scene import Link, Scene
+from eomgen.scene import AnyLink, Scene
 
 
 class RecursiveEquations(MechanismEquations):
@@ -32,7 +32,7 @@ class RecursiveEquations(MechanismEquations):
     def __init__(self, mechanism: Mechanism, shorter: RecursiveEquations | None = None) -> None:
         super().__init__(mechanism)
         self.carried: list[Node] = list(shorter.carried) if shorter else []
-        self._turning = dict(shorter._turning) if shorter else {}
+        self._turning: dict[tuple[int, int], tuple[Node, Node]] = dict(shorter._turning) if shorter else {}
         for link in range(len(self.carried), len(mechanism.links)):
             self._append(link)
 
@@ -69,6 +69,19 @@ class RecursiveEquations(MechanismEquations):
 
     @cached_property
     def matrices(self) -> Mapping[str, Matrix | Vector]:
+        return {**self._squares, "C": self._weights[0], "K": self._weights[1]}
+
+    @cached_property
+    def _weights(self) -> tuple[Vector, Vector]:
+        """C and K: what gravity pulls on every angle and every length."""
+        borders = list(enumerate(map(self._border, range(len(self.mechanism.links)))))
+        links = self.mechanism.links
+        return tuple(P * links[i].cos for i, (P, _) in borders), tuple(
+            slope * links[i].sin for i, (_, slope) in borders
+        )
+
+    @cached_property
+    def _squares(self) -> dict[str, Matrix]:
         links, zero = self.mechanism.links, self.graph.zero
         m = len(links)
         A, B, D, E, G, H, Lambda = ([[zero] * m for _ in range(m)] for _ in range(7))
@@ -93,32 +106,28 @@ class RecursiveEquations(MechanismEquations):
                 D[j][i] = slide * P * c
                 H[i][j] = -D[j][i]
                 E[j][i] = slide * P * s
-        square: dict[str, Matrix | Vector] = {
+        return {
             name: tuple(tuple(row) for row in rows)
             for name, rows in zip("ABDEGHΛ", (A, B, D, E, G, H, Lambda), strict=True)
         }
-        square["C"] = tuple(P * k.cos for (P, _), k in zip(borders, links, strict=True))
-        square["K"] = tuple(slope * k.sin for (_, slope), k in zip(borders, links, strict=True))
-        return square
 
     @cached_property
     def mass_matrix(self) -> Matrix:
-        free, matrices = self.mechanism.scene.free, self.matrices
-        A, E, G = matrices["A"], matrices["E"], matrices["G"]
-        top = [(*A[i], *(E[i][j] for j in free)) for i in range(len(A))]  # type: ignore[index,misc]
-        bottom = [(*(row[j] for row in E), *(G[j][k] for k in free)) for j in free]  # type: ignore[index,union-attr]
-        return (*top, *bottom)  # type: ignore[return-value]
+        free, squares = self.mechanism.scene.free, self._squares
+        A, E, G = squares["A"], squares["E"], squares["G"]
+        top = [(*row, *(E[i][j] for j in free)) for i, row in enumerate(A)]
+        bottom = [(*(row[j] for row in E), *(G[j][k] for k in free)) for j in free]
+        return (*top, *bottom)
 
-    def _forces(self, angle_rows: dict[int, Node], length_rows: dict[int, Node]) -> Vector:
-        rows = [angle_rows.get(i, self.graph.zero) for i in range(len(self.mechanism.links))]
-        return (*rows, *(length_rows.get(i, self.graph.zero) for i in self.mechanism.scene.free))
+    def _forces(self, angles: Sequence[Node], lengths: Sequence[Node]) -> Vector:
+        return (*angles, *(lengths[i] for i in self.mechanism.scene.free))
 
     @cached_property
-    def _velocity_rows(self) -> tuple[dict[int, Node], dict[int, Node]]:
+    def _velocity_rows(self) -> tuple[list[Node], list[Node]]:
         """Forces of the motion on every angle and every length (prescribed ones too), pair by pair."""
         zero, links = self.graph.zero, self.mechanism.links
-        turning: dict[int, Node] = {}
-        sliding: dict[int, Node] = {}
+        turning: list[Node] = []
+        sliding: list[Node] = []
         borders = [self._border(j) for j in range(len(links))]
         # Acceleration of a far end against its joint, without what the unknown accelerations add,
         # along the link and across it.
@@ -126,8 +135,8 @@ class RecursiveEquations(MechanismEquations):
         across = [2 * (k.rate * k.length_rate) * k.L1 for k in links]
         for j, link in enumerate(links):
             _, mixed, second = self._corner(j)
-            turning[j] = mixed * (2 * (link.rate * link.length_rate))
-            sliding[j] = second * self._given(link) - mixed * (link.rate * link.rate)
+            turning.append(mixed * (2 * (link.rate * link.length_rate)))
+            sliding.append(second * self._given(link) - mixed * (link.rate * link.rate))
         for (i, j), (c, s) in self._turning.items():
             upper, lower = links[i], links[j]
             P, slope = borders[j]
@@ -146,28 +155,25 @@ class RecursiveEquations(MechanismEquations):
 
     @cached_property
     def bias_parts(self) -> dict[str, Vector]:
-        g, matrices, zero = self.mechanism.gravity, self.matrices, self.graph.zero
-        C, K = matrices["C"], matrices["K"]
-        springs = {0: zero}
+        g, (C, K), links = self.mechanism.gravity, self._weights, self.mechanism.links
+        springs = [self.graph.zero] * len(links)
         for i, parent in enumerate(self.mechanism.parents):
-            torque = self.mechanism.links[i].joint_spring
-            springs[i] = torque
+            springs[i] = springs[i] + links[i].joint_spring
             if parent >= 0:
-                springs[parent] = springs[parent] - torque
-        lengths = {i: k.spring for i, k in enumerate(self.mechanism.links)}
+                springs[parent] = springs[parent] - links[i].joint_spring
         return {
             "velocity": self._forces(*self._velocity_rows),
-            "gravity": self._forces({i: g * x for i, x in enumerate(C)}, {i: g * x for i, x in enumerate(K)}),  # type: ignore[operator]
-            "springs": self._forces(springs, lengths),
+            "gravity": self._forces([g * x for x in C], [g * x for x in K]),
+            "springs": self._forces(springs, [k.spring for k in links]),
         }
 
     @cached_property
     def prescribed_forces(self) -> Vector:
         links, total = self.mechanism.links, self.graph.sum
-        E, G, K = self.matrices["E"], self.matrices["G"], self.matrices["K"]
+        E, G, K = self._squares["E"], self._squares["G"], self._weights[1]
         return tuple(
-            total(E[j][i] * k.acceleration for j, k in enumerate(links))  # type: ignore[index]
-            + total(G[i][j] * k.length_acceleration for j, k in enumerate(links) if k.free)  # type: ignore[index]
+            total(E[j][i] * k.acceleration for j, k in enumerate(links))
+            + total(G[i][j] * k.length_acceleration for j, k in enumerate(links) if k.free)
             + self._velocity_rows[1][i]
             + self.mechanism.gravity * K[i]
             + links[i].spring
@@ -217,7 +223,7 @@ def derive(mechanism: Mechanism) -> Equations:
     return RecursiveEquations(mechanism)
 
 
-def extend(equations: Equations, link: Link) -> RecursiveEquations:
+def extend(equations: Equations, link: AnyLink) -> RecursiveEquations:
     """The equations with one more link, reusing everything derived so far.
 
     Args:

@@ -14,10 +14,10 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Iterable
 from fractions import Fraction
-from typing import Union
+from typing import TypeAlias
 
-Number = Union[int, float, Fraction]
-Operand = Union["Node", int, float, Fraction]
+Number: TypeAlias = int | float | Fraction
+Operand: TypeAlias = "Node | int | float | Fraction"
 
 UNARY = ("neg", "sin", "cos", "sqrt", "exp", "log")
 BINARY = ("add", "sub", "mul", "div", "pivot_inverse")
@@ -101,7 +101,7 @@ class Graph:
 
     def node(self, operand: Operand) -> Node:
         """The operand itself if it is a node, otherwise its constant."""
-        return operand if operand.__class__ is Node else self.constant(operand)  # type: ignore[return-value,arg-type]
+        return operand if operand.__class__ is Node else self.constant(operand)  # type: ignore[arg-type]
 
     def constant(self, number: Number) -> Node:
         """The constant of an exact value; a float stands for the binary fraction it is.

@@ -56,7 +56,7 @@ class _Check:
             assert allowed, f"block {block.title!r} may not read {place.array}"
             assert len(place.indices) == block.count, f"{node}: {len(place.indices)} indices for {block.count}"
         for k in range(block.count):
-            for node, place in block.loads.items():
+            for place in block.loads.values():
                 known = place.indices[k] in self.written[place.array] or place.indices[k] == -1
                 assert known, f"block {block.title!r} reads {place.array}[{place.indices[k]}], which has no value"
             for store in block.stores:

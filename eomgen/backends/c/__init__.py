@@ -10,8 +10,6 @@ from eomgen.backends.c import build as _build
 from eomgen.backends.c import emit as _emit
 from eomgen.model import Model
 
-DTYPES = tuple(_emit.TYPES)
-
 
 def emit(model: Model) -> dict[str, str]:
     """The files of the package that depend on the model."""

@@ -10,8 +10,6 @@ from typing import Any
 from eomgen.backends.numpy import emit as _emit
 from eomgen.model import Model
 
-DTYPES = ("float64", "float32", "longdouble")
-
 
 def emit(model: Model) -> dict[str, str]:
     """All files of the package."""

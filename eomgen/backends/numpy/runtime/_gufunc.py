@@ -113,13 +113,12 @@ class Function:
         flat = []
         for array, core in zip(arrays, self._shapes, strict=True):
             leading = array.shape[: array.ndim - len(core)]
-            if numpy.may_share_memory(array, result):
-                array = array.copy()
+            own = array.copy() if numpy.may_share_memory(array, result) else array
             # One set of values for all states stays one; anything else is seen as if it had the full shape.
             if all(size == 1 for size in leading):
-                flat.append((None, array.reshape(-1)))
+                flat.append((None, own.reshape(-1)))
             else:
-                flat.append((numpy.broadcast_to(array, (*batch, *array.shape[len(leading) :])), None))
+                flat.append((numpy.broadcast_to(own, (*batch, *own.shape[len(leading) :])), None))
         states = int(numpy.prod(batch, dtype=numpy.intp))
         size = int(numpy.prod(self._result, dtype=numpy.intp))
         shared = flat[-1][1]
