@@ -17,7 +17,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from eomgen import backends, frontends, functions, passes, regularity
+from eomgen import backends, choice, frontends, functions, passes, regularity
 from eomgen.backends import cache
 from eomgen.errors import OptionError, UnsupportedError, one_line, unknown
 from eomgen.frontends.mechanism import Mechanism, MechanismEquations
@@ -66,14 +66,25 @@ def derive(scene: Scene, method: str = "matrix", fold: bool = False) -> Equation
     return frontends.derive(Mechanism(scene, fold), method)
 
 
-def programs(equations: Equations, names: Sequence[str] | None = None) -> tuple[Program, ...]:
+def programs(
+    equations: Equations,
+    names: Sequence[str] | None = None,
+    loops: bool | None = None,
+    solver: str = "auto",
+) -> tuple[Program, ...]:
     """The programs of some functions (default: all), after the passes.
 
+    Args:
+        equations: the equations.
+        names: the functions.
+        loops: emit loops over links; None decides by the number of links.
+        solver: the elimination of forward dynamics, see `compile`.
+
     Raises:
-        OptionError: the equations do not have a function of that name.
+        OptionError: the equations do not have a function of that name, or cannot be written as loops.
     """
     chosen = functions.select(equations, names)
-    return tuple(passes.run(functions.program(equations, name)) for name in chosen)
+    return tuple(passes.run(program) for program in choice.programs(equations, chosen, loops, solver))
 
 
 def compile(
@@ -87,6 +98,8 @@ def compile(
     *,
     force: bool = False,
     portable: bool = False,
+    loops: bool | None = None,
+    solver: str = "auto",
     progress: Progress | None = None,
 ) -> ModuleType:
     """Compiles a scene (or equations) into a module and imports it.
@@ -101,6 +114,9 @@ def compile(
         functions: names of the functions to build, default all.
         force: replace the package that stands in `out`.
         portable: build for any processor of this architecture, not for this machine's.
+        loops: emit loops over links (method "articulated"); None decides by the number of links.
+        solver: the elimination in forward dynamics: "dense" solves M a = Q - h of the chosen method, "articulated"
+            walks along the links, "auto" takes the one with fewer operations per state.
         progress: called with the name of each stage when it starts.
 
     Returns:
@@ -118,7 +134,7 @@ def compile(
     with watch.stage("derive"):
         equations = scene if isinstance(scene, Equations) else derive(scene, method, fold)
         regularity.check(equations)
-        built = programs(equations, functions)
+        built = programs(equations, functions, loops, solver)
     with watch.stage("emit"):
         model = describe(equations, built, kinds, target.facts(portable))
         files = target.emit(model)

@@ -17,15 +17,25 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 from eomgen.frontends.mechanism import LinkSymbols, Mechanism, MechanismEquations
 from eomgen.ir.equations import Equations, Matrix, Vector
-from eomgen.ir.expr import Node
+from eomgen.ir.expr import Graph, Node
 from eomgen.links import Body
 
 Flow = tuple[Node, ...]
 Results = dict[str, Node]
 Step = Callable[[LinkSymbols, Flow], tuple[Flow, Results]]
+
+
+class Ground(Protocol):
+    """What the walks need beside the links: a graph and gravity. A mechanism has both."""
+
+    @property
+    def graph(self) -> Graph: ...
+    @property
+    def gravity(self) -> Node: ...
 
 
 @dataclass(frozen=True)
@@ -67,14 +77,14 @@ def unroll(mechanism: Mechanism, walks: list[Walk]) -> list[Results]:
     return results
 
 
-def forward_dynamics(mechanism: Mechanism, pivots: list[tuple[str, Node]] | None = None) -> list[Walk]:
+def forward_dynamics(ground: Ground, pivots: list[tuple[str, Node]] | None = None) -> list[Walk]:
     """Walks that give φ̈ and s̈ from the inputs.
 
     Args:
-        mechanism: the scene as symbols.
+        ground: graph and gravity.
         pivots: collects the pivots by coordinate, in the order of elimination.
     """
-    zero = mechanism.graph.zero
+    zero = ground.graph.zero
     solved: dict[LinkSymbols, _Solved] = {}
 
     def lift(link: LinkSymbols, below: Flow) -> tuple[Flow, Results]:
@@ -88,7 +98,7 @@ def forward_dynamics(mechanism: Mechanism, pivots: list[tuple[str, Node]] | None
 
     return [
         Walk(True, ("inertia_p", "inertia_d", "inertia_e", "force_x", "force_y", "torque"), (), lift),
-        Walk(False, ("acceleration_x", "acceleration_y"), (zero, mechanism.gravity), drop),
+        Walk(False, ("acceleration_x", "acceleration_y"), (zero, ground.gravity), drop),
     ]
 
 
@@ -275,20 +285,22 @@ def _central(link: LinkSymbols) -> Node:
     return _apart(link, masses, k.m * (k.T - inertia) - k.S * k.S) + k.m * inertia
 
 
-def inverse_dynamics(mechanism: Mechanism, accelerated: bool, weight: bool, moving: bool, springs: bool) -> list[Walk]:
+def inverse_dynamics(
+    ground: Ground, accelerated: bool = True, weight: bool = True, moving: bool = True, springs: bool = True
+) -> list[Walk]:
     """Walks that give what the motion asks for, the planar recursive Newton-Euler method.
 
     Results: "angle", "length" the equation of each coordinate (also of a prescribed length), "torque" the
     joint torque that reacts on the parent.
 
     Args:
-        mechanism: the scene as symbols.
+        ground: graph and gravity.
         accelerated: count the accelerations a.
         weight: count gravity.
         moving: count the rates and the prescribed accelerations.
         springs: count springs and dampers.
     """
-    zero = mechanism.graph.zero
+    zero = ground.graph.zero
     motion: dict[LinkSymbols, tuple[Node, ...]] = {}
 
     def drop(link: LinkSymbols, joint: Flow) -> tuple[Flow, Results]:
@@ -317,16 +329,39 @@ def inverse_dynamics(mechanism: Mechanism, accelerated: bool, weight: bool, movi
         results = {"angle": angle + (spring - sprung), "length": length + stretch, "torque": torque + spring}
         return (*above, torque, spring), results
 
-    gravity = mechanism.gravity if weight else zero
+    gravity = ground.gravity if weight else zero
     return [
         Walk(False, ("acceleration_x", "acceleration_y"), (zero, gravity), drop),
         Walk(True, ("force_x", "force_y", "torque", "spring"), (), lift),
     ]
 
 
-def energy(mechanism: Mechanism) -> list[Walk]:
+def newton_euler(ground: Ground) -> list[Walk]:
+    """Inverse dynamics with everything counted."""
+    return inverse_dynamics(ground)
+
+
+def no_accelerations(ground: Ground) -> list[Walk]:
+    """Inverse dynamics without the accelerations a: the bias."""
+    return inverse_dynamics(ground, accelerated=False)
+
+
+def unit_accelerations(ground: Ground) -> list[Walk]:
+    """Inverse dynamics of accelerations alone, for columns of the mass matrix; the first walk has what all share."""
+
+    def prepare(link: LinkSymbols, _: Flow) -> tuple[Flow, Results]:
+        k = link.moments
+        return (), {"cos": link.cos, "sin": link.sin, "S": k.S, "T": k.T, "S1": k.S1, "S2": k.S2, "L": link.L}
+
+    return [
+        Walk(False, (), (), prepare),
+        *inverse_dynamics(ground, accelerated=True, weight=False, moving=False, springs=False),
+    ]
+
+
+def energy(ground: Ground) -> list[Walk]:
     """The walk that gives each link's kinetic and potential energy ("kinetic", "potential")."""
-    g, zero = mechanism.gravity, mechanism.graph.zero
+    g, zero = ground.gravity, ground.graph.zero
 
     def drop(link: LinkSymbols, joint: Flow) -> tuple[Flow, Results]:
         height, vx, vy = joint
@@ -345,9 +380,9 @@ def energy(mechanism: Mechanism) -> list[Walk]:
     return [Walk(False, ("height", "velocity_x", "velocity_y"), (zero, zero, zero), drop)]
 
 
-def joints(mechanism: Mechanism) -> list[Walk]:
+def joints(ground: Ground) -> list[Walk]:
     """The walk that gives the far ends ("x", "y")."""
-    zero = mechanism.graph.zero
+    zero = ground.graph.zero
 
     def drop(link: LinkSymbols, joint: Flow) -> tuple[Flow, Results]:
         end = joint[0] + link.L * link.cos, joint[1] + link.L * link.sin
@@ -378,7 +413,7 @@ class ArticulatedEquations(MechanismEquations):
 
     @cached_property
     def _newton_euler(self) -> list[Results]:
-        return unroll(self.mechanism, inverse_dynamics(self.mechanism, True, True, True, True))
+        return unroll(self.mechanism, newton_euler(self.mechanism))
 
     @cached_property
     def inverse_dynamics(self) -> Vector:
@@ -390,7 +425,7 @@ class ArticulatedEquations(MechanismEquations):
 
     @cached_property
     def bias(self) -> Vector:
-        return self._per_coordinate(unroll(self.mechanism, inverse_dynamics(self.mechanism, False, True, True, True)))
+        return self._per_coordinate(unroll(self.mechanism, no_accelerations(self.mechanism)))
 
     @cached_property
     def bias_parts(self) -> dict[str, Vector]:

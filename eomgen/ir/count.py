@@ -27,4 +27,7 @@ def block_operations(blocks: Iterable[Block]) -> Counter[str]:
 
 def program_operations(program: Program) -> dict[str, Counter[str]]:
     """Operations per state ("state") and per set of parameters ("parameters")."""
-    return {"state": block_operations(program.blocks), "parameters": block_operations(program.constants)}
+    state = block_operations(program.blocks)
+    for kind, count in block_operations(program.columns).items():
+        state[kind] += count * program.output.shape[0]
+    return {"state": state, "parameters": block_operations(program.constants)}

@@ -79,9 +79,18 @@ def run(program: Program, inputs: Mapping[str, Sequence[Any]], arithmetic: Arith
     for array in (*program.scratch, program.output):
         arrays[array.name] = [None] * array.size
     names = {array.name: array.symbols for array in program.inputs}
-    for block in (*program.constants, *program.blocks):
-        for k in range(block.count):
-            _run_once(block, k, arrays, names, arithmetic)
+
+    def sweep(blocks: Sequence[Block]) -> None:
+        for block in blocks:
+            for k in range(block.count):
+                _run_once(block, k, arrays, names, arithmetic)
+
+    sweep((*program.constants, *program.blocks))
+    n = program.output.shape[0] if program.columns else 0
+    for j in range(n):
+        arrays["a"] = [arithmetic.constant(int(i == j)) for i in range(n)]
+        sweep(program.columns)
+        arrays["out"][j::n] = arrays["column"]
     return arrays[program.output.name]
 
 
@@ -98,8 +107,7 @@ def _run_once(
     values = evaluate([store.node for store in block.stores], given, arithmetic, label)
     for store, value in zip(block.stores, values, strict=True):
         array, index = arrays[store.place.array], store.place.indices[k]
-        if index >= 0:
-            array[index] = arithmetic.apply("add", array[index], value) if store.add else value
+        array[index] = arithmetic.apply("add", array[index], value) if store.add else value
 
 
 class Floats:

@@ -49,7 +49,7 @@ class Array:
 
 @dataclass(frozen=True)
 class Place:
-    """An element of an array for every iteration of a block; -1 is no element (an outermost parent)."""
+    """An element of an array for every iteration of a block."""
 
     array: str
     indices: tuple[int, ...]
@@ -96,6 +96,8 @@ class Program:
         output: the output array.
         blocks: at the rate of states, in order.
         constants: blocks at the rate of the parameters, run before the others.
+        columns: blocks that run after the others once per row of a square output: the array `a` is a unit vector,
+            the array `column` they fill becomes the column of that number.
         scratch: the arrays of the roles `constants` and `work`.
     """
 
@@ -105,6 +107,7 @@ class Program:
     output: Array
     blocks: tuple[Block, ...]
     constants: tuple[Block, ...] = ()
+    columns: tuple[Block, ...] = ()
     scratch: tuple[Array, ...] = field(default=())
 
     @property

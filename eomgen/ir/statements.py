@@ -119,3 +119,13 @@ def infix(node: Node, args: list[Text]) -> Text:
         case "neg":
             return Text(f"-{wrapped(args[0], 3)}", 1, args[0].depth, node)
     raise AssertionError(f"no rule for {node.op}")
+
+
+def affine(start: int, stride: int) -> str:
+    """start + stride k, written as a person would."""
+    if stride == 0:
+        return str(start)
+    term = "k" if abs(stride) == 1 else f"{abs(stride)} * k"
+    if stride > 0:
+        return f"{start} + {term}" if start else term
+    return f"{start} - {term}"

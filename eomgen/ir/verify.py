@@ -41,6 +41,14 @@ class _Check:
             self._block(block, reads=("input p", "constants"), writes="constants")
         for block in self.program.blocks:
             self._block(block, reads=("input", "constants", "work", "output"), writes="output work")
+        if self.program.columns:
+            n = self.program.output.shape[0]
+            assert self.program.output.shape == (n, n), "columns need a square output"
+            self.written["a"] = set(range(n))
+            for block in self.program.columns:
+                self._block(block, reads=("input", "constants", "work"), writes="work")
+            assert self.written["column"] == set(range(n)), "a column is not filled"
+            self.written[self.program.output.name] = set(range(n * n))
         missing = self.program.output.size - len(self.written[self.program.output.name])
         assert not missing, f"{missing} elements of {self.program.output.name} are never stored"
 
@@ -57,7 +65,7 @@ class _Check:
             assert len(place.indices) == block.count, f"{node}: {len(place.indices)} indices for {block.count}"
         for k in range(block.count):
             for place in block.loads.values():
-                known = place.indices[k] in self.written[place.array] or place.indices[k] == -1
+                known = place.indices[k] in self.written[place.array]
                 assert known, f"block {block.title!r} reads {place.array}[{place.indices[k]}], which has no value"
             for store in block.stores:
                 self._store(store, k, writes)
@@ -72,8 +80,6 @@ class _Check:
         name, index = store.place.array, store.place.indices[k]
         array = self.arrays[name]
         assert array.role in writes.split(), f"{name} may not be written here"
-        if index == -1 and store.add:
-            return
         assert 0 <= index < array.size, f"{name}[{index}] is outside its {array.size} elements"
         if store.add:
             assert index in self.written[name], f"{name}[{index}] is added to before it has a value"

@@ -1,7 +1,8 @@
 """hoist: what depends on parameters only moves to blocks that run once per set of parameters.
 
-A value that a state-rate block needs and that depends on p alone is computed by a block of `constants`, kept
-in the array `c` and loaded from there. A plain parameter stays an input.
+A work array whose every element depends on p alone is filled at the rate of the parameters; a single such value
+inside other blocks is computed there too, kept in the array `c` and loaded from it. A plain parameter stays an
+input. Blocks keep their order, loops stay loops.
 """
 
 from __future__ import annotations
@@ -13,45 +14,65 @@ from eomgen.ir.program import Array, Block, Place, Program, Store, needed
 
 
 def run(program: Program) -> Program:
-    """The program with its parameter-only values hoisted out of straight-line and looped blocks alike."""
+    """The program with its parameter-only values hoisted."""
+    still_arrays = _still_arrays(program)
     constants: list[Block] = []
-    blocks: list[Block] = []
     size = 0
-    for block in program.blocks:
-        still = _still(block)
-        moved = list(_frontier(block, still))
-        if not moved:
-            blocks.append(block)
-            continue
-        places = {}
-        for node in moved:
+
+    def split(block: Block) -> Block:
+        nonlocal size
+        still = _still(block, still_arrays)
+        early = tuple(store for store in block.stores if store.place.array in still_arrays)
+        late = tuple(store for store in block.stores if store.place.array not in still_arrays)
+        places: dict[Node, Place] = {}
+        for node in _frontier(block, still, late):
             places[node] = Place("c", tuple(range(size, size + block.count)))
             size += block.count
-        stores = tuple(Store(places[node], node) for node in moved)
-        constants.append(needed(Block(f"constants of {block.title}", block.loads, stores, block.count)))
-        blocks.append(needed(replace(block, loads={**block.loads, **places})))
-    if not size:
-        return program
-    scratch = (*program.scratch, Array("c", (size,), "constants"))
-    return replace(program, blocks=tuple(blocks), constants=(*program.constants, *constants), scratch=scratch)
+        early += tuple(Store(place, node) for node, place in places.items())
+        if early:
+            constants.append(needed(Block(f"constants of {block.title}", block.loads, early, block.count)))
+        return needed(replace(block, loads={**block.loads, **places}, stores=late))
+
+    blocks = tuple(block for block in map(split, program.blocks) if block.stores)
+    columns = tuple(block for block in map(split, program.columns) if block.stores)
+    scratch = [replace(a, role="constants") if a.name in still_arrays else a for a in program.scratch]
+    if size:
+        scratch.insert(0, Array("c", (size,), "constants"))
+    everything = (*program.constants, *constants)
+    return replace(program, blocks=blocks, columns=columns, constants=everything, scratch=tuple(scratch))
 
 
-def _still(block: Block) -> set[Node]:
+def _still_arrays(program: Program) -> set[str]:
+    """The work arrays that receive nothing but what depends on p."""
+    found = {array.name for array in program.scratch if array.role == "work"}
+    if program.columns:
+        found -= {"a", "column"}
+    while True:
+        moving: set[str] = set()
+        for block in (*program.blocks, *program.columns):
+            still = _still(block, found)
+            moving |= {store.place.array for store in block.stores if store.node not in still}
+        if not moving & found:
+            return found
+        found -= moving
+
+
+def _still(block: Block, arrays: set[str]) -> set[Node]:
     """The nodes of a block that depend on constants and p only, leaves included."""
     still: set[Node] = set()
     for node in block.nodes():
         if node in block.loads:
-            if block.loads[node].array == "p":
+            if block.loads[node].array == "p" or block.loads[node].array in arrays:
                 still.add(node)
         elif all(arg in still for arg in node.args):
             still.add(node)
     return still
 
 
-def _frontier(block: Block, still: set[Node]) -> list[Node]:
+def _frontier(block: Block, still: set[Node], stores: tuple[Store, ...]) -> list[Node]:
     """Parameter-only operations whose value something at the rate of states uses."""
-    wanted: set[Node] = {store.node for store in block.stores}
-    for node in block.nodes():
+    wanted: set[Node] = {store.node for store in stores}
+    for node in replace(block, stores=stores).nodes():
         if node not in still and node not in block.loads:
             wanted.update(node.args)
     found = (node for node in wanted if node in still and node.op not in LEAVES and node not in block.loads)

@@ -12,7 +12,7 @@ from eomgen.backends.c.printer import CPrinter, number
 from eomgen.backends.package import init_source, legend
 from eomgen.ir.expr import Node
 from eomgen.ir.program import Array, Block, Place, Program
-from eomgen.ir.statements import statements
+from eomgen.ir.statements import affine, statements
 from eomgen.model import Model
 
 TYPES = {"float64": ("f64", "f64v"), "float32": ("f32", "f32v"), "longdouble": ("f80", None)}
@@ -51,19 +51,22 @@ def function(program: Program) -> str:
 def _routine(program: Program, name: str, blocks: tuple[Block, ...], constants: bool) -> str:
     """One C function; several blocks become functions of their own that it calls in order."""
     parameters = template.CONSTANTS_PARAMETERS if constants else template.PARAMETERS
+    columns = () if constants else program.columns
     pointers = _pointers(program, constants)
-    bodies = [_block(program, block) for block in blocks]
-    if len(blocks) == 1:
-        return template.FUNCTION.format(
-            name=name, parameters=parameters, body=_indent([*_used(pointers, bodies[0]), *bodies[0]])
-        )
+    bodies = [_block(program, block) for block in (*blocks, *columns)]
+    if len(bodies) == 1:
+        body = _indent([*_used(pointers, bodies[0]), *bodies[0]])
+        return template.FUNCTION.format(name=name, parameters=parameters, body=body)
     parts: list[str] = []
     calls: list[str] = []
-    for number_, (block, body) in enumerate(zip(blocks, bodies, strict=True), 1):
-        lines = [f"/* {block.title} */", *_used(pointers, body), *body]
-        parts.append(template.PART.format(name=f"{name}_{number_}", parameters=parameters, body=_indent(lines)))
-        arguments = "p, c" if constants else "in, p, c, out, work"
-        calls.append(f"EOM_NAME({name}_{number_})({arguments});")
+    for position, (block, body) in enumerate(zip((*blocks, *columns), bodies, strict=True), 1):
+        lines = _indent([f"/* {block.title} */", *_used(pointers, body), *body])
+        parts.append(template.PART.format(name=f"{name}_{position}", parameters=parameters, body=lines))
+        calls.append(f"EOM_NAME({name}_{position})({'p, c' if constants else 'in, p, c, out, work'});")
+    if columns:
+        n, calls, repeated = program.output.shape[0], calls[: len(blocks)], calls[len(blocks) :]
+        calls = [pointers["a"], pointers["column"], *calls, *template.COLUMNS_HEAD.format(n=n).splitlines()]
+        calls += [*(f"    {call}" for call in repeated), *template.COLUMNS_TAIL.format(n=n).splitlines()]
     return "\n".join([*parts, template.FUNCTION.format(name=name, parameters=parameters, body=_indent(calls))])
 
 
@@ -80,7 +83,7 @@ def _pointers(program: Program, constants: bool) -> dict[str, str]:
     for array in program.scratch:
         if array.role == "constants":
             kind = "scalar" if constants else "const scalar"
-            if array.name != "c" or offset["constants"]:
+            if array.name != "c":
                 pointers[array.name] = f"{kind} *const {array.name} = c + {offset['constants']};"
         else:
             pointers[array.name] = f"real *const {array.name} = work + {offset['work']};"
@@ -103,8 +106,7 @@ def _block(program: Program, block: Block) -> list[str]:
         target = f"{store.place.array}[{loop.index(store.place)}]"
         if not scalar_rate and _is_scalar(program, block, store.node):
             value = f"R({value})"
-        guard = f"if ({loop.index(store.place)} >= 0) " if -1 in store.place.indices else ""
-        lines.append(f"{guard}{target} {'+=' if store.add else '='} {value};")
+        lines.append(f"{target} {'+=' if store.add else '='} {value};")
     return loop.around(lines)
 
 
@@ -146,16 +148,6 @@ class _Loop:
         ]
         body = [f"    {line}" for line in lines]
         return [*tables, f"for (int k = 0; k < {self.block.count}; k++) {{", *body, "}"]
-
-
-def affine(start: int, stride: int) -> str:
-    """start + stride k, written as a person would."""
-    if stride == 0:
-        return str(start)
-    term = "k" if abs(stride) == 1 else f"{abs(stride)} * k"
-    if stride > 0:
-        return f"{start} + {term}" if start else term
-    return f"{start} - {term}"
 
 
 def table(model: Model) -> str:

@@ -42,6 +42,14 @@ static __attribute__((noinline)) void EOM_NAME({name})({parameters})
 }}
 """
 
+COLUMNS_HEAD = """\
+for (int j = 0; j < {n}; j++) {{
+    for (int i = 0; i < {n}; i++) a[i] = R(K(i == j));"""
+
+COLUMNS_TAIL = """\
+    for (int i = 0; i < {n}; i++) out[i * {n} + j] = column[i];
+}}"""
+
 INCLUDE = """\
 #define EOM_REAL {real}
 #define scalar eom_{scalar}

@@ -8,7 +8,7 @@ from eomgen.backends.numpy import template
 from eomgen.backends.numpy.printer import NumPyPrinter
 from eomgen.backends.package import init_source
 from eomgen.ir.program import Block, Place, Program
-from eomgen.ir.statements import statements
+from eomgen.ir.statements import affine, statements
 from eomgen.model import Model
 
 RUNTIME = Path(__file__).parent / "runtime" / "_gufunc.py"
@@ -52,7 +52,10 @@ def kernel(model: Model) -> str:
 
 def _block_size(program: Program) -> int:
     """States per block: as many as keep the temporaries in the cache."""
-    values = sum(len(block.nodes()) for block in program.blocks) // 2 + program.output.size
+    values = (
+        sum(len(block.nodes()) * block.count for block in (*program.blocks, *program.columns)) // 2
+        + program.output.size
+    )
     return max(SMALLEST, min(LARGEST, BLOCK_BYTES // (8 * max(values, 1)) // 64 * 64))
 
 
@@ -64,6 +67,11 @@ def _routine(program: Program, name: str, arguments: str, blocks: tuple[Block, .
         lines.append(f"out = [0.0] * {program.output.size}")
     for block in blocks:
         lines += _block(block)
+    if result == "out" and program.columns:
+        n = program.output.shape[0]
+        repeated = [line for block in program.columns for line in _block(block)]
+        lines += [f"for j in range({n}):", f"    a = [float(i == j) for i in range({n})]"]
+        lines += [*(f"    {line}" for line in repeated), f"    out[j::{n}] = column"]
     names = [array.name for array in program.scratch if array.role == "constants"]
     returned = "out" if result == "out" else f"({', '.join(names)},)"
     unpacked = f"{', '.join(names)}, = c" if names and result == "out" else ""
@@ -78,16 +86,14 @@ def _block(block: Block) -> list[str]:
             return str(place.indices[0])
         stride = place.indices[1] - place.indices[0]
         if all(b - a == stride for a, b in zip(place.indices, place.indices[1:], strict=False)):
-            return f"{place.indices[0]} + {stride} * k"
+            return affine(place.indices[0], stride)
         return f"{place.indices!r}[k]"
 
     lines, texts = statements(block, PRINTER, lambda node: index(block.loads[node]))
     for store in block.stores:
-        guard = f"if {index(store.place)} >= 0: " if -1 in store.place.indices else ""
-        sign = "+=" if store.add else "="
         target = f"{store.place.array}[{index(store.place)}]"
-        value = f"{target} + {texts[store.node].text}" if store.add else texts[store.node].text
-        lines.append(f"{guard}{target} {'=' if store.add else sign} {value}")
+        value = texts[store.node].text
+        lines.append(f"{target} = {target} + {value}" if store.add else f"{target} = {value}")
     if block.count == 1:
         return [f"# {block.title}", *lines]
     return [f"# {block.title}", f"for k in range({block.count}):", *(f"    {line}" for line in lines)]

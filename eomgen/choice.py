@@ -1,0 +1,75 @@
+"""Which form a function takes: dense or articulated elimination, straight-line code or loops over links."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from eomgen import functions, loops
+from eomgen.errors import OptionError, UnsupportedError, unknown
+from eomgen.frontends.articulated import ArticulatedEquations
+from eomgen.frontends.mechanism import MechanismEquations
+from eomgen.ir.count import operations
+from eomgen.ir.equations import Equations
+from eomgen.ir.program import Program
+
+SOLVERS = ("auto", "dense", "articulated")
+LOOPED_FROM = 24  # links; below, straight-line code is faster to run and not much slower to compile
+DENSE_COORDINATES = 16  # beyond, the dense elimination always has more operations and is not built to be counted
+MOST_DENSE_LINKS = 300  # a method that writes every pair of links down
+
+
+def programs(equations: Equations, names: Sequence[str], looped: bool | None, solver: str) -> list[Program]:
+    """The programs of some functions in the form that suits the scene.
+
+    Args:
+        equations: the equations.
+        names: functions that the equations have.
+        looped: loops over links, or None to decide by the number of links.
+        solver: "auto", "dense" or "articulated", for forward dynamics.
+
+    Raises:
+        OptionError: no such solver; or loops (or the articulated solver) where they cannot be.
+        UnsupportedError: too many links for a method that writes down every pair of them.
+    """
+    if solver not in SOLVERS:
+        raise OptionError(unknown("solver", solver, SOLVERS))
+    if not isinstance(equations, MechanismEquations):
+        if looped or solver == "articulated":
+            raise OptionError("loops and the articulated solver need a scene; these equations come from energies")
+        return [functions.program(equations, name) for name in names]
+    m = len(equations.mechanism.links)
+    walking = isinstance(equations, ArticulatedEquations)
+    if looped and not walking:
+        raise OptionError(f"loops over links need method 'articulated', not {equations.method!r}")
+    if not walking and m > MOST_DENSE_LINKS:
+        raise UnsupportedError(
+            f"{m} links by method {equations.method!r} would write down {m * (m + 1) // 2} pairs of links; "
+            f"allowed: up to {MOST_DENSE_LINKS}; use method 'articulated', whose cost grows with the number of links"
+        )
+    if looped or (looped is None and walking and m >= LOOPED_FROM):
+        if solver == "dense":
+            raise OptionError("the dense solver cannot be written as loops; use solver 'articulated' or loops=False")
+        return [loops.program(equations.mechanism, name) for name in names]
+    return [functions.program(_solved(equations, name, solver), name) for name in names]
+
+
+def _solved(equations: MechanismEquations, name: str, solver: str) -> MechanismEquations:
+    """The equations whose forward dynamics is to be taken."""
+    walking = isinstance(equations, ArticulatedEquations)
+    if name != "forward_dynamics" or (walking and solver != "dense"):
+        return equations
+    if walking:
+        return _Dense(equations.mechanism)
+    if solver == "dense":
+        return equations
+    walked = ArticulatedEquations(equations.mechanism)
+    if solver == "articulated" or len(equations.q) > DENSE_COORDINATES:
+        return walked
+    dense_count = operations(equations.forward_dynamics).total()
+    return equations if dense_count <= operations(walked.forward_dynamics).total() else walked
+
+
+class _Dense(ArticulatedEquations):
+    """The articulated method's mass matrix and bias, solved densely."""
+
+    forward_dynamics = MechanismEquations.forward_dynamics
