@@ -122,6 +122,7 @@ def _parser() -> argparse.ArgumentParser:
         "--dtypes", default="float64", metavar="A,B", help="float64 (default), float32, longdouble; separated by commas"
     )
     made.add_argument("--portable", action="store_true", help="build for any processor of this architecture")
+    _form_options(made)
 
     made = command("show", "print the equations, their operation counts or the C of a scene")
     _scene_options(made)
@@ -131,6 +132,7 @@ def _parser() -> argparse.ArgumentParser:
     kinds.add_argument("--c", action="store_true", help="the C kernels")
     kinds.add_argument("--python", action="store_true", help="the NumPy kernels")
     made.add_argument("--functions", metavar="A,B", help="only these functions")
+    _form_options(made)
 
     made = command("verify", "prove that all methods are identical functions and measure each back end's error")
     _scene_options(made)
@@ -158,6 +160,16 @@ def _scene_options(parser: argparse.ArgumentParser) -> None:
 def _method_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--method", default="matrix", metavar="NAME", help="lagrange, recursive, matrix (default) or articulated"
+    )
+
+
+def _form_options(parser: argparse.ArgumentParser) -> None:
+    form = parser.add_argument_group("form of the code (chosen by size and operation counts unless given)")
+    form.add_argument(
+        "--loops", action=argparse.BooleanOptionalAction, default=None, help="loops over links (method articulated)"
+    )
+    form.add_argument(
+        "--solver", default="auto", metavar="NAME", help="elimination in forward dynamics: auto, dense or articulated"
     )
 
 
@@ -218,6 +230,8 @@ def compile_(options: argparse.Namespace) -> int:
         functions=_names(options.functions),
         force=options.force,
         portable=options.portable,
+        loops=options.loops,
+        solver=options.solver,
         progress=report.progress,
     )
     print(report.compiled(module, in_cache=options.out is None))
@@ -230,7 +244,7 @@ def show(options: argparse.Namespace) -> int:
 
     scene, names = _scene(options), _names(options.functions)
     kind = "latex" if options.latex else "c" if options.c else "python" if options.python else "text"
-    print(report.shown_equations(scene, options.method, names, kind))
+    print(report.shown_equations(scene, options.method, names, kind, options.loops, options.solver))
     return 0
 
 

@@ -7,8 +7,9 @@ next, lives in arrays indexed by link. The text does not grow with the number of
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 from eomgen.frontends import articulated
 from eomgen.frontends.articulated import Flow, Ground, Results, Walk
@@ -17,6 +18,7 @@ from eomgen.functions import FUNCTIONS, inputs
 from eomgen.ir.expr import Graph, Node, reachable
 from eomgen.ir.program import Array, Block, Place, Program, Store, needed
 
+SYMBOLS = ("angle", "rate", "acceleration", "torque", "length", "length_rate", "length_acceleration", "force")
 Outputs = dict[str, dict[int, int]]  # result name -> link -> index in the output
 
 
@@ -111,29 +113,30 @@ class _Run:
         parent = None if self.root else _Parent(graph, link.name)
         self.symbols = LinkSymbols(link, graph, values, parent)  # type: ignore[arg-type]
         self.tables: dict[Node, tuple[str, dict[int, int]]] = {}
-        for name in (
-            "angle",
-            "rate",
-            "acceleration",
-            "torque",
-            "length",
-            "length_rate",
-            "length_acceleration",
-            "force",
-        ):
-            self._tabulate(mechanism, getattr(self.symbols, name), lambda real, name=name: getattr(real, name))
-        for short, node in values.items():
-            self._tabulate(mechanism, node, lambda real, short=short: real.values[short])
+        self._tabulate(mechanism, [(getattr(self.symbols, name), attrgetter(name)) for name in SYMBOLS])
+        self._tabulate(mechanism, [(node, _Value(short)) for short, node in values.items()])
         if parent is not None:
-            self._tabulate(mechanism, parent.angle, lambda real: real.parent.angle)
-            self._tabulate(mechanism, parent.rate, lambda real: real.parent.rate)
+            above = [(parent.angle, attrgetter("parent.angle")), (parent.rate, attrgetter("parent.rate"))]
+            self._tabulate(mechanism, above)
 
-    def _tabulate(self, mechanism: Mechanism, stand_in: Node, real: Callable[[LinkSymbols], Node]) -> None:
+    def _tabulate(self, mechanism: Mechanism, pairs: Sequence[tuple[Node, Callable[[LinkSymbols], Node]]]) -> None:
+        """Notes where a stand-in symbol is found for every member, from what it stands for."""
         slots = mechanism.symbols.slots
-        nodes = {i: real(mechanism.links[i]) for i in self.members}
-        if nodes[self.members[0]] in slots:
-            array = slots[nodes[self.members[0]]].array
-            self.tables[stand_in] = (array, {i: slots[node].index for i, node in nodes.items()})
+        for stand_in, real in pairs:
+            nodes = {i: real(mechanism.links[i]) for i in self.members}
+            if nodes[self.members[0]] in slots:
+                array = slots[nodes[self.members[0]]].array
+                self.tables[stand_in] = (array, {i: slots[node].index for i, node in nodes.items()})
+
+
+@dataclass(frozen=True)
+class _Value:
+    """Reads a parameter of a link."""
+
+    short: str
+
+    def __call__(self, link: LinkSymbols) -> Node:
+        return link.values[self.short]
 
 
 class _Builder:

@@ -77,12 +77,14 @@ def compiled(module: ModuleType, in_cache: bool) -> str:
     return "\n".join(lines).rstrip()
 
 
-def shown_equations(scene: Scene, method: str, names: Sequence[str] | None, kind: str) -> str:
+def shown_equations(
+    scene: Scene, method: str, names: Sequence[str] | None, kind: str, loops: bool | None = None, solver: str = "auto"
+) -> str:
     """The equations of a scene: "text", "latex", "c" or "python"."""
     equations = pipeline.derive(scene, method)
     if kind == "latex":
         return latex(equations)
-    built = pipeline.programs(equations, names)
+    built = pipeline.programs(equations, names, loops, solver)
     if kind in ("c", "python"):
         back_end = "c" if kind == "c" else "numpy"
         model = pipeline.describe(equations, built, ("float64",), {})

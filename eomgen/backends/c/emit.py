@@ -55,8 +55,8 @@ def _routine(program: Program, name: str, blocks: tuple[Block, ...], constants: 
     pointers = _pointers(program, constants)
     bodies = [_block(program, block) for block in (*blocks, *columns)]
     if len(bodies) == 1:
-        body = _indent([*_used(pointers, bodies[0]), *bodies[0]])
-        return template.FUNCTION.format(name=name, parameters=parameters, body=body)
+        only = _indent([*_used(pointers, bodies[0]), *bodies[0]])
+        return template.FUNCTION.format(name=name, parameters=parameters, body=only)
     parts: list[str] = []
     calls: list[str] = []
     for position, (block, body) in enumerate(zip((*blocks, *columns), bodies, strict=True), 1):
