@@ -45,6 +45,38 @@ static int eom_operands(const eom_function *f, char **args, const intptr_t *step
 #define EOM_PASTE_(a, b) a##b
 #define EOM_PASTE(a, b) EOM_PASTE_(a, b)
 
+/* Square transposes of doubles by exchanging halves, quarters, ... of pairs of vectors. */
+#if EOM_HAS(__builtin_shufflevector) && EOM_LANES_F64 == 8
+#define EOM_SWAP(a, b, l0, l1, l2, l3, l4, l5, l6, l7, h0, h1, h2, h3, h4, h5, h6, h7)                                  \
+    do {                                                                                                               \
+        eom_f64v low = __builtin_shufflevector(a, b, l0, l1, l2, l3, l4, l5, l6, l7);                                  \
+        b = __builtin_shufflevector(a, b, h0, h1, h2, h3, h4, h5, h6, h7);                                             \
+        a = low;                                                                                                       \
+    } while (0)
+#define EOM_SWAP4(a, b) EOM_SWAP(a, b, 0, 1, 2, 3, 8, 9, 10, 11, 4, 5, 6, 7, 12, 13, 14, 15)
+#define EOM_SWAP2(a, b) EOM_SWAP(a, b, 0, 1, 8, 9, 4, 5, 12, 13, 2, 3, 10, 11, 6, 7, 14, 15)
+#define EOM_SWAP1(a, b) EOM_SWAP(a, b, 0, 8, 2, 10, 4, 12, 6, 14, 1, 9, 3, 11, 5, 13, 7, 15)
+EOM_INLINE void eom_transpose_f64(eom_f64v t[8])
+{
+    for (int i = 0; i < 4; i++) EOM_SWAP4(t[i], t[i + 4]);
+    for (int i = 0; i < 8; i += 4)
+        for (int j = i; j < i + 2; j++) EOM_SWAP2(t[j], t[j + 2]);
+    for (int i = 0; i < 8; i += 2) EOM_SWAP1(t[i], t[i + 1]);
+}
+#define EOM_TRANSPOSE eom_transpose_f64
+#elif EOM_HAS(__builtin_shufflevector) && EOM_LANES_F64 == 4
+EOM_INLINE void eom_transpose_f64(eom_f64v t[4])
+{
+    eom_f64v a = __builtin_shufflevector(t[0], t[2], 0, 1, 4, 5), b = __builtin_shufflevector(t[1], t[3], 0, 1, 4, 5);
+    eom_f64v c = __builtin_shufflevector(t[0], t[2], 2, 3, 6, 7), d = __builtin_shufflevector(t[1], t[3], 2, 3, 6, 7);
+    t[0] = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+    t[1] = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+    t[2] = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+    t[3] = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+}
+#define EOM_TRANSPOSE eom_transpose_f64
+#endif
+
 #define EOM_TYPE f64
 #define EOM_VECTOR f64v
 #define EOM_WIDTH EOM_LANES_F64

@@ -1,6 +1,7 @@
 /* eomgen_batch_type.h: the loop of eomgen_batch.c for one type; included once per type.
  *
- * Expects EOM_TYPE (the scalar's suffix), EOM_VECTOR (the vector's suffix) and EOM_WIDTH (its lanes).
+ * Expects EOM_TYPE (the scalar's suffix), EOM_VECTOR (the vector's suffix) and EOM_WIDTH (its lanes); EOM_TRANSPOSE,
+ * if there is one, transposes a square of vectors in place.
  */
 #define SCALAR EOM_PASTE(eom_, EOM_TYPE)
 #define VECTOR EOM_PASTE(eom_, EOM_VECTOR)
@@ -62,31 +63,144 @@ static void FN(eom_run_one)(const eom_function *f, const eom_kernels *k, const e
 }
 
 #if EOM_WIDTH > 1
+/* Strided elements of EOM_WIDTH states into lanes, one element after the other. */
+static void FN(eom_load_strided)(const eom_operand *o, const char *first, int count, VECTOR *to)
+{
+    const char *state[EOM_WIDTH];
+    for (int lane = 0; lane < EOM_WIDTH; lane++) state[lane] = first + (lane < count ? lane : count - 1) * o->step;
+    for (int i = 0; i < o->rows; i++)
+        for (int j = 0; j < o->columns; j++, to++) {
+            intptr_t offset = i * o->row + j * o->column;
+            SCALAR *lanes = (SCALAR *)to;
+            for (int lane = 0; lane < EOM_WIDTH; lane++) lanes[lane] = *(const SCALAR *)(state[lane] + offset);
+        }
+}
+
+static void FN(eom_store_strided)(const eom_operand *o, char *first, int count, const VECTOR *from)
+{
+    for (int lane = 0; lane < count; lane++)
+        FN(eom_scatter)(o, first + lane * o->step, (const SCALAR *)from + lane, EOM_WIDTH);
+}
+
+/* Every element is adjacent from state to state ("Fortran order"): a vector is a vector. */
+static void FN(eom_load_vectors)(const eom_operand *o, const char *first, VECTOR *to)
+{
+    for (int i = 0; i < o->rows; i++)
+        for (int j = 0; j < o->columns; j++) memcpy(to++, first + i * o->row + j * o->column, sizeof(VECTOR));
+}
+
+static void FN(eom_store_vectors)(const eom_operand *o, char *first, const VECTOR *from)
+{
+    for (int i = 0; i < o->rows; i++)
+        for (int j = 0; j < o->columns; j++) memcpy(first + i * o->row + j * o->column, from++, sizeof(VECTOR));
+}
+
+#ifdef EOM_TRANSPOSE
+/* Rows of n adjacent elements, `step` scalars apart, to vectors over the rows. Tiles of EOM_WIDTH elements are
+ * transposed in registers; the last tile overlaps the one before. Rows shorter than a tile are read past their end
+ * as far as the block of rows goes, which needs step == n. */
+static void FN(eom_load_rows)(const SCALAR *first, int n, intptr_t step, VECTOR *to)
+{
+    VECTOR tile[EOM_WIDTH];
+    if (n >= EOM_WIDTH) {
+        for (int e = 0; e < n; e += EOM_WIDTH) {
+            if (e > n - EOM_WIDTH) e = n - EOM_WIDTH;
+            for (int lane = 0; lane < EOM_WIDTH; lane++) memcpy(&tile[lane], first + lane * step + e, sizeof(VECTOR));
+            EOM_TRANSPOSE(tile);
+            for (int k = 0; k < EOM_WIDTH; k++) to[e + k] = tile[k];
+        }
+        return;
+    }
+    int last = EOM_WIDTH * n - EOM_WIDTH; /* the last place from which a whole tile can be read */
+    SCALAR ends[2 * EOM_WIDTH];
+    memcpy(ends, first + last, EOM_WIDTH * sizeof(SCALAR));
+    for (int lane = 0; lane < EOM_WIDTH; lane++)
+        memcpy(&tile[lane], lane * n <= last ? first + lane * n : ends + (lane * n - last), sizeof(VECTOR));
+    EOM_TRANSPOSE(tile);
+    for (int k = 0; k < n; k++) to[k] = tile[k];
+}
+
+static void FN(eom_store_rows)(SCALAR *first, int n, intptr_t step, const VECTOR *from)
+{
+    VECTOR tile[EOM_WIDTH];
+    if (n >= EOM_WIDTH) {
+        for (int e = 0; e < n; e += EOM_WIDTH) {
+            if (e > n - EOM_WIDTH) e = n - EOM_WIDTH;
+            for (int k = 0; k < EOM_WIDTH; k++) tile[k] = from[e + k];
+            EOM_TRANSPOSE(tile);
+            for (int lane = 0; lane < EOM_WIDTH; lane++) memcpy(first + lane * step + e, &tile[lane], sizeof(VECTOR));
+        }
+        return;
+    }
+    for (int k = 0; k < EOM_WIDTH; k++) tile[k] = from[k < n ? k : 0];
+    EOM_TRANSPOSE(tile);
+    for (int lane = 0; lane < EOM_WIDTH; lane++) {
+        /* What is written past a row's end is written again by the rows after it. */
+        if (lane * n + EOM_WIDTH <= EOM_WIDTH * n)
+            memcpy(first + lane * n, &tile[lane], sizeof(VECTOR));
+        else
+            for (int k = 0; k < n; k++) first[lane * n + k] = tile[lane][k];
+    }
+}
+#endif
+
+static int FN(eom_has_rows)(const eom_operand *o)
+{
+    return o->dense && (o->size >= EOM_WIDTH || o->step == (intptr_t)(o->size * sizeof(SCALAR))) && o->size > 0 &&
+           o->step % (intptr_t)sizeof(SCALAR) == 0;
+}
+
+static void FN(eom_load)(const eom_operand *o, intptr_t state, int count, VECTOR *to)
+{
+    const char *first = o->base + state * o->step;
+    if (count == EOM_WIDTH && o->step == sizeof(SCALAR)) {
+        FN(eom_load_vectors)(o, first, to);
+        return;
+    }
+#ifdef EOM_TRANSPOSE
+    if (count == EOM_WIDTH && FN(eom_has_rows)(o)) {
+        FN(eom_load_rows)((const SCALAR *)first, o->size, o->step / (intptr_t)sizeof(SCALAR), to);
+        return;
+    }
+#endif
+    FN(eom_load_strided)(o, first, count, to);
+}
+
+static void FN(eom_store)(const eom_operand *o, intptr_t state, int count, const VECTOR *from)
+{
+    char *first = o->base + state * o->step;
+    if (count == EOM_WIDTH && o->step == sizeof(SCALAR)) {
+        FN(eom_store_vectors)(o, first, from);
+        return;
+    }
+#ifdef EOM_TRANSPOSE
+    if (count == EOM_WIDTH && FN(eom_has_rows)(o)) {
+        FN(eom_store_rows)((SCALAR *)first, o->size, o->step / (intptr_t)sizeof(SCALAR), from);
+        return;
+    }
+#endif
+    FN(eom_store_strided)(o, first, count, from);
+}
+
 /* Blocks of EOM_WIDTH states; lanes past the end repeat the last state. */
 static void FN(eom_run_lanes)(const eom_function *f, const eom_kernels *k, const eom_operand *operand, intptr_t states,
                               const SCALAR *p, const SCALAR *c, SCALAR *buffer)
 {
     const VECTOR *inputs[EOM_MAX_INPUTS];
-    SCALAR *copies[EOM_MAX_INPUTS], *out = buffer;
+    VECTOR *copies[EOM_MAX_INPUTS], *out = (VECTOR *)buffer;
     const eom_operand *result = &operand[f->inputs + 1];
     for (int i = 0; i < f->inputs; i++) {
-        copies[i] = out;
-        inputs[i] = (const VECTOR *)out;
-        out += operand[i].size * EOM_WIDTH;
+        inputs[i] = copies[i] = out;
+        out += operand[i].size;
+        if (operand[i].step == 0) FN(eom_load_strided)(&operand[i], operand[i].base, EOM_WIDTH, copies[i]);
     }
-    VECTOR *work = (VECTOR *)(out + result->size * EOM_WIDTH);
+    VECTOR *work = out + result->size;
     for (intptr_t first = 0; first < states; first += EOM_WIDTH) {
         int count = states - first < EOM_WIDTH ? (int)(states - first) : EOM_WIDTH;
-        for (int i = 0; i < f->inputs; i++) {
-            const eom_operand *o = &operand[i];
-            for (int lane = 0; lane < EOM_WIDTH; lane++) {
-                intptr_t state = first + (lane < count ? lane : count - 1);
-                FN(eom_gather)(o, o->base + state * o->step, copies[i] + lane, EOM_WIDTH);
-            }
-        }
-        ((FN(eom_lanes) *)k->lanes)(inputs, p, c, (VECTOR *)out, work);
-        for (int lane = 0; lane < count; lane++)
-            FN(eom_scatter)(result, result->base + (first + lane) * result->step, out + lane, EOM_WIDTH);
+        for (int i = 0; i < f->inputs; i++)
+            if (operand[i].step != 0) FN(eom_load)(&operand[i], first, count, copies[i]);
+        ((FN(eom_lanes) *)k->lanes)(inputs, p, c, out, work);
+        FN(eom_store)(result, first, count, out);
     }
 }
 #endif
@@ -136,3 +250,4 @@ void FN(eom_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps
 #undef EOM_TYPE
 #undef EOM_VECTOR
 #undef EOM_WIDTH
+#undef EOM_TRANSPOSE
