@@ -9,7 +9,9 @@ Every function of this method is one or two *walks*. A walk visits the links in 
 what comes in (from the children, summed, or from the parent) to what goes out, plus results. The same steps
 serve straight-line code (called once per link) and loops (called once per kind of link on stand-in symbols).
 
-Λ is kept as p I + d (x x - y y) + e (x y + y x) in world axes: a rotation turns (d, e) by the double angle.
+Vectors and tensors stand in the axes of a link, u along it and n across, and are turned once between neighbours,
+by the angle between them; sines of absolute angles are not needed. Λ is kept as p I + d (u u - n n) + e (u n + n u):
+a turn rotates (d, e) by the double angle.
 """
 
 from __future__ import annotations
@@ -97,8 +99,8 @@ def forward_dynamics(ground: Ground, pivots: list[tuple[str, Node]] | None = Non
         return solved[link].accelerations(*joint)
 
     return [
-        Walk(True, ("inertia_p", "inertia_d", "inertia_e", "force_x", "force_y", "torque"), (), lift),
-        Walk(False, ("acceleration_x", "acceleration_y"), (zero, ground.gravity), drop),
+        Walk(True, ("inertia_p", "inertia_d", "inertia_e", "force_u", "force_n", "torque"), (), lift),
+        Walk(False, ("acceleration_u", "acceleration_n"), (zero, ground.gravity), drop),
     ]
 
 
@@ -106,16 +108,35 @@ class _Solved:
     """A link whose own accelerations are eliminated.
 
     Attributes:
-        above: Λ (p, d, e), b (x, y) and the joint torque that the parent feels.
+        above: Λ (p, d, e) and b (u, n) in the parent's axes, and the joint torque that the parent feels.
         pivots: the pivots by the coordinate they belong to, the first eliminated first.
     """
 
     above: Flow
     pivots: dict[str, Node]
 
-    def accelerations(self, x: Node, y: Node) -> tuple[Flow, Results]:
-        """The far end's acceleration, and φ̈ and s̈, from the joint's acceleration."""
+    def accelerations(self, u: Node, n: Node) -> tuple[Flow, Results]:
+        """The far end's acceleration, and φ̈ and s̈, from the joint's acceleration in the parent's axes."""
         raise NotImplementedError
+
+
+def _to_parent(link: LinkSymbols, u: Node, n: Node) -> tuple[Node, Node]:
+    """A vector in the link's axes, in its parent's."""
+    c, s = link.graph.cos(link.turn), link.graph.sin(link.turn)
+    return c * u - s * n, s * u + c * n
+
+
+def _from_parent(link: LinkSymbols, u: Node, n: Node) -> tuple[Node, Node]:
+    """A vector in the parent's axes, in the link's."""
+    c, s = link.graph.cos(link.turn), link.graph.sin(link.turn)
+    return c * u + s * n, c * n - s * u
+
+
+def _deviator_to_parent(link: LinkSymbols, d: Node, e: Node) -> tuple[Node, Node]:
+    """d and e of a tensor in the link's axes, in its parent's."""
+    c, s = link.graph.cos(link.turn), link.graph.sin(link.turn)
+    cos2, sin2 = c * c - s * s, 2 * c * s
+    return cos2 * d - sin2 * e, cos2 * e + sin2 * d
 
 
 class _General(_Solved):
@@ -128,19 +149,16 @@ class _General(_Solved):
     """
 
     def __init__(self, link: LinkSymbols, below: Flow) -> None:
-        p, d, e, x, y, torque = below
+        p, d, mixed, below_along, below_across, torque = below
         self.link = link
-        k, c, s = link.moments, link.cos, link.sin
-        L, L1 = link.L, link.L1
-        cos2, sin2 = c * c - s * s, 2 * c * s
-        turned = cos2 * d + sin2 * e
-        along, mixed, across = p + turned, cos2 * e - sin2 * d, p - turned
+        k, L, L1 = link.moments, link.L, link.L1
+        along, across = p + d, p - d
         given = link.length_acceleration if link.varies and not link.free else link.graph.zero
         self.square = link.rate * link.rate
         self.coriolis = 2 * (link.length_rate * link.rate)
         self.end_along, self.end_across = L1 * given - L * self.square, L1 * self.coriolis
-        b_along = c * x + s * y + along * self.end_along + mixed * self.end_across
-        b_across = c * y - s * x + mixed * self.end_along + across * self.end_across
+        b_along = below_along + along * self.end_along + mixed * self.end_across
+        b_across = below_across + mixed * self.end_along + across * self.end_across
         effort = link.torque - link.joint_spring
 
         pivot, reference = k.T + L * L * across, k.T + L * L * p
@@ -179,27 +197,20 @@ class _General(_Solved):
             left_n = (_central(link) + across * far) * inverse
             left_mixed = mixed * (k.T - L * k.S) * inverse
         half_p, half_d = (left_u + left_n) / 2, (left_u - left_n) / 2
-        self.above = (
-            half_p,
-            cos2 * half_d - sin2 * left_mixed,
-            cos2 * left_mixed + sin2 * half_d,
-            c * force_along - s * force_across,
-            s * force_along + c * force_across,
-            effort,
-        )
+        turned = _deviator_to_parent(link, half_d, left_mixed)
+        self.above = (half_p, *turned, *_to_parent(link, force_along, force_across), effort)
 
-    def accelerations(self, x: Node, y: Node) -> tuple[Flow, Results]:
+    def accelerations(self, u: Node, n: Node) -> tuple[Flow, Results]:
         link = self.link
-        c, s = link.cos, link.sin
-        along, across = c * x + s * y, c * y - s * x
+        along, across = _from_parent(link, u, n)
         turn = self.free_turn - self.gain_u * along - self.gain_n * across
         results = {"angle": turn}
-        end_along, end_across = self.end_along, self.end_across + link.L * turn
+        end_along, end_across = along + self.end_along, across + self.end_across + link.L * turn
         if link.free:
             right = self.slide_right - self.slide_turn * turn - self.slide_u * along - self.slide_n * across
             results["length"] = right * self.slide
             end_along = end_along + link.L1 * results["length"]
-        return (x + c * end_along - s * end_across, y + s * end_along + c * end_across), results
+        return (end_along, end_across), results
 
 
 class _Lumped(_Solved):
@@ -210,7 +221,7 @@ class _Lumped(_Solved):
     """
 
     def __init__(self, link: LinkSymbols, below: Flow) -> None:
-        p, d, e, x, y, torque = below
+        p, d, e, below_along, below_across, torque = below
         self.link = link
         graph, scale = link.graph, link.L1
         masses = [(b.mass, b.beta) for b in link.bodies]
@@ -230,26 +241,25 @@ class _Lumped(_Solved):
         effort = link.torque - link.joint_spring
         length = link.length
         self.per_length = length * graph.pivot_inverse(length * length, length * length)
-        push, turn = link.force - link.spring, (effort - torque) * self.per_length
-        fx = link.cos * push - link.sin * turn - scale * x
-        fy = link.sin * push + link.cos * turn - scale * y
-        self.z = _apply((a * inverse, shear * d, shear * e), fx, fy)
-        bx, by = _apply(self.gain, fx, fy)
+        push = link.force - link.spring - scale * below_along
+        turn = (effort - torque) * self.per_length - scale * below_across
+        self.z = _apply((a * inverse, shear * d, shear * e), push, turn)
+        along, across = _apply(self.gain, push, turn)
         stiff = (far * second - square * apart) * inverse
         left = ((apart + far * p) * a - far * square * deviation) * inverse
-        self.above = left, stiff * d, stiff * e, x + bx, y + by, effort
+        turned = _deviator_to_parent(link, stiff * d, stiff * e)
+        self.above = (left, *turned, *_to_parent(link, below_along + along, below_across + across), effort)
 
-    def accelerations(self, x: Node, y: Node) -> tuple[Flow, Results]:
+    def accelerations(self, u: Node, n: Node) -> tuple[Flow, Results]:
         link = self.link
-        c, s = link.cos, link.sin
-        gx, gy = _apply(self.gain, x, y)
-        zx, zy = self.z[0] - gx, self.z[1] - gy
-        along, across = c * zx + s * zy, c * zy - s * zx
+        along, across = _from_parent(link, u, n)
+        pulled = _apply(self.gain, along, across)
+        zu, zn = self.z[0] - pulled[0], self.z[1] - pulled[1]
         results = {
-            "angle": (across - 2 * (link.length_rate * link.rate)) * self.per_length,
-            "length": along + link.length * (link.rate * link.rate),
+            "angle": (zn - 2 * (link.length_rate * link.rate)) * self.per_length,
+            "length": zu + link.length * (link.rate * link.rate),
         }
-        return (x + link.L1 * zx, y + link.L1 * zy), results
+        return (along + link.L1 * zu, across + link.L1 * zn), results
 
 
 def _is_lumped(link: LinkSymbols) -> bool:
@@ -304,26 +314,24 @@ def inverse_dynamics(
     motion: dict[LinkSymbols, tuple[Node, ...]] = {}
 
     def drop(link: LinkSymbols, joint: Flow) -> tuple[Flow, Results]:
-        x, y = joint
-        c, s = link.cos, link.sin
+        joint_along, joint_across = _from_parent(link, *joint)
         turn = link.acceleration if accelerated else zero
         slide = link.length_acceleration if (accelerated if link.free else moving) else zero
         square = link.rate * link.rate if moving else zero
         coriolis = 2 * (link.length_rate * link.rate) if moving else zero
-        motion[link] = (c * x + s * y, c * y - s * x, turn, slide, square, coriolis)
-        along, across = link.L1 * slide - link.L * square, link.L * turn + link.L1 * coriolis
-        return (x + c * along - s * across, y + s * along + c * across), {}
+        motion[link] = (joint_along, joint_across, turn, slide, square, coriolis)
+        along = joint_along + link.L1 * slide - link.L * square
+        return (along, joint_across + link.L * turn + link.L1 * coriolis), {}
 
     def lift(link: LinkSymbols, below: Flow) -> tuple[Flow, Results]:
-        x, y, torque, sprung = below
-        c, s, k = link.cos, link.sin, link.moments
+        end_along, end_across, torque, sprung = below
+        k = link.moments
         along, across, turn, slide, square, coriolis = motion[link]
-        end_along, end_across = c * x + s * y, c * y - s * x
         force_along = k.m * along + k.S1 * slide - k.S * square + end_along
         force_across = k.m * across + k.S * turn + k.S1 * coriolis + end_across
         angle = k.S * across + k.T * turn + k.X * coriolis + link.L * end_across
         length = k.S1 * along + k.S2 * slide - k.X * square + link.L1 * end_along
-        above = c * force_along - s * force_across, s * force_along + c * force_across
+        above = _to_parent(link, force_along, force_across)
         torque = torque + angle
         spring, stretch = (link.joint_spring, link.spring) if springs else (zero, zero)
         results = {"angle": angle + (spring - sprung), "length": length + stretch, "torque": torque + spring}
@@ -331,8 +339,8 @@ def inverse_dynamics(
 
     gravity = ground.gravity if weight else zero
     return [
-        Walk(False, ("acceleration_x", "acceleration_y"), (zero, gravity), drop),
-        Walk(True, ("force_x", "force_y", "torque", "spring"), (), lift),
+        Walk(False, ("acceleration_u", "acceleration_n"), (zero, gravity), drop),
+        Walk(True, ("force_u", "force_n", "torque", "spring"), (), lift),
     ]
 
 
@@ -351,7 +359,8 @@ def unit_accelerations(ground: Ground) -> list[Walk]:
 
     def prepare(link: LinkSymbols, _: Flow) -> tuple[Flow, Results]:
         k = link.moments
-        return (), {"cos": link.cos, "sin": link.sin, "S": k.S, "T": k.T, "S1": k.S1, "S2": k.S2, "L": link.L}
+        c, s = link.graph.cos(link.turn), link.graph.sin(link.turn)
+        return (), {"cos": c, "sin": s, "S": k.S, "T": k.T, "S1": k.S1, "S2": k.S2, "L": link.L}
 
     return [
         Walk(False, (), (), prepare),

@@ -88,6 +88,11 @@ class LinkSymbols:
         return self.graph.sin(self.angle)
 
     @cached_property
+    def turn(self) -> Node:
+        """φ - φ_parent, the angle between neighbours; the ground is at angle 0."""
+        return self.angle if self.parent is None else self.angle - self.parent.angle
+
+    @cached_property
     def moments(self) -> Moments:
         """The link's sums, with everything that does not change with s gathered first."""
         total, s = self.graph.sum, self.length
@@ -119,10 +124,8 @@ class LinkSymbols:
     @cached_property
     def joint_spring(self) -> Node:
         """k (φ - φ_parent - φ₀) + d (φ̇ - φ̇_parent), the torque the joint takes up; the ground is at angle 0."""
-        turn, rate = self.angle, self.rate
-        if self.parent is not None:
-            turn, rate = turn - self.parent.angle, rate - self.parent.rate
-        stiffness = self.value("joint_stiffness") * (turn - self.value("joint_rest_angle"))
+        rate = self.rate if self.parent is None else self.rate - self.parent.rate
+        stiffness = self.value("joint_stiffness") * (self.turn - self.value("joint_rest_angle"))
         return stiffness + self.value("joint_damping") * rate
 
 
