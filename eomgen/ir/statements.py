@@ -38,6 +38,7 @@ class Printer(Protocol):
     """The rules of a language."""
 
     def load(self, array: str, index: str) -> str: ...
+    def named(self, name: str) -> str: ...
     def constant(self, node: Node) -> Text: ...
     def operation(self, node: Node, args: list[Text]) -> Text: ...
     def assign(self, name: str, text: str) -> str: ...
@@ -87,14 +88,14 @@ def statements(block: Block, printer: Printer, index: Callable[[Node], str]) -> 
             counter += 1
             lines += printer.sincos(text_of(angle).text, sine, cosine)
             for twin, name in ((angle.graph.sin(angle), sine), (angle.graph.cos(angle), cosine)):
-                texts.setdefault(twin, Text(name, 3, 0, twin))
+                texts.setdefault(twin, Text(printer.named(name), 3, 0, twin))
             continue
         printed = printer.operation(node, [text_of(arg) for arg in node.args])
         if node.op != "neg" and (uses[node] > 1 or node.op in NAMED or printed.depth >= DEPTH):
             name = f"t{counter}"
             counter += 1
             lines.append(printer.assign(name, printed.text))
-            printed = Text(name, 3, 0, node)
+            printed = Text(printer.named(name), 3, 0, node)
         texts[node] = printed
     return lines, {store.node: text_of(store.node) for store in block.stores}
 

@@ -13,6 +13,9 @@ class PlainPrinter:
     def load(self, array: str, index: str) -> str:
         return index
 
+    def named(self, name: str) -> str:
+        return name
+
     def constant(self, node: Node) -> Text:
         text = str(node.value)
         return Text(text, 3 if text.isdigit() else 1 if text.startswith("-") else 2, 0, node)

@@ -16,7 +16,6 @@ from eomgen.ir.statements import affine, statements
 from eomgen.model import Model
 
 TYPES = {"float64": ("f64", "f64v"), "float32": ("f32", "f32v"), "longdouble": ("f80", None)}
-PRINTER = CPrinter()
 
 
 def emit(model: Model) -> dict[str, str]:
@@ -77,7 +76,7 @@ def _pointers(program: Program, constants: bool) -> dict[str, str]:
         position = 0
         for array in program.inputs:
             if array.name != "p":
-                pointers[array.name] = f"const real *const {array.name} = in[{position}];"
+                pointers[array.name] = f"const pack *const {array.name} = in[{position}];"
                 position += 1
     offset = {"constants": 0, "work": 0}
     for array in program.scratch:
@@ -86,7 +85,7 @@ def _pointers(program: Program, constants: bool) -> dict[str, str]:
             if array.name != "c":
                 pointers[array.name] = f"{kind} *const {array.name} = c + {offset['constants']};"
         else:
-            pointers[array.name] = f"real *const {array.name} = work + {offset['work']};"
+            pointers[array.name] = f"pack *const {array.name} = work + {offset['work']};"
         offset[array.role] += array.size
     return pointers
 
@@ -99,14 +98,15 @@ def _used(pointers: dict[str, str], body: list[str]) -> list[str]:
 def _block(program: Program, block: Block) -> list[str]:
     """The lines of a block: statements, then stores; a loop around them if it repeats."""
     loop = _Loop(block)
-    lines, texts = statements(block, PRINTER, loop.index_of)
+    rates = {name: array.role not in ("constants",) and name != "p" for name, array in program.arrays.items()}
+    lines, texts = statements(block, CPrinter(rates), loop.index_of)
     scalar_rate = block in program.constants
     for store in block.stores:
         value = texts[store.node].text
-        target = f"{store.place.array}[{loop.index(store.place)}]"
+        target = f"{store.place.array}[{loop.index(store.place)}]{'' if scalar_rate else '[h]'}"
         if not scalar_rate and _is_scalar(program, block, store.node):
             value = f"R({value})"
-        lines.append(f"{target} {'+=' if store.add else '='} {value};")
+        lines.append(f"EACH {target} {'+=' if store.add else '='} {value};")
     return loop.around(lines)
 
 
@@ -225,7 +225,7 @@ def _prototype(program: Program, model: Model, batch: bool) -> str:
 def _interface(program: Program, model: Model) -> str:
     if "float64" not in model.dtypes:
         return ""
-    inputs = [array.name for array in program.inputs if array.name != "p"]
+    inputs = [f"(const pack_f64 *){array.name}" for array in program.inputs if array.name != "p"]
     loads: list[str] = []
     strides: list[int] = []
     for array in _operands(program):

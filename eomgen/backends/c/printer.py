@@ -1,11 +1,13 @@
 """C text for expressions: one rule per operation.
 
-The text serves every type: `real` is a scalar or a vector of lanes (see `runtime/eomgen_real.h`). A product that
-is used once inside a sum becomes an explicit fused multiply-add, so that no compiler decides about rounding.
+The text serves every type: `real` is a scalar or a vector of lanes (see `runtime/eomgen_real.h`), and every value
+is a pack of them, element h of which an EACH statement computes. A product that is used once inside a sum becomes
+an explicit fused multiply-add, so that no compiler decides about rounding.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
 
 from eomgen.ir.expr import Node
@@ -15,10 +17,20 @@ FUNCTIONS = {"pivot_inverse": "PIVOT_INVERSE", "sqrt": "SQRT", "exp": "EXP", "lo
 
 
 class CPrinter:
-    """The rules of C."""
+    """The rules of C.
+
+    Args:
+        packs: for every array whether its elements are packs (at the rate of states) or scalars.
+    """
+
+    def __init__(self, packs: Mapping[str, bool]) -> None:
+        self.packs = packs
 
     def load(self, array: str, index: str) -> str:
-        return f"{array}[{index}]"
+        return f"{array}[{index}][h]" if self.packs[array] else f"{array}[{index}]"
+
+    def named(self, name: str) -> str:
+        return f"{name}[h]"
 
     def constant(self, node: Node) -> Text:
         text = number(node.value)
@@ -57,10 +69,10 @@ class CPrinter:
         raise AssertionError(product.text)
 
     def assign(self, name: str, text: str) -> str:
-        return f"const real {name} = {text};"
+        return f"pack {name}; EACH {name}[h] = {text};"
 
     def sincos(self, angle: str, sine: str, cosine: str) -> list[str]:
-        return [f"real {sine}, {cosine};", f"SINCOS({angle}, &{sine}, &{cosine});"]
+        return [f"pack {sine}, {cosine}; EACH SINCOS({angle}, &{sine}[h], &{cosine}[h]);"]
 
 
 def number(value: int | Fraction) -> str:

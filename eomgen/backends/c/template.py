@@ -4,11 +4,15 @@ KERNELS_HEAD = """\
 /* {title}
  *
  * The equations, as one text for every type: {name}.c includes it once for each. `real` is a scalar or a vector of
- * lanes (a lane is a state), `scalar` its element; FMA, SINCOS, ... are those of eomgen_real.h.
+ * lanes (a lane is a state), `scalar` its element; FMA, SINCOS, ... are those of eomgen_real.h. Every value is a
+ * `pack` of EOM_STREAMS reals that EACH statement computes side by side.
  *
 {legend}
  */
 #define real eom_real
+#define pack EOM_NAME(pack)
+typedef real pack[EOM_STREAMS];
+#define EACH _Pragma("GCC unroll 2") for (int h = 0; h < EOM_STREAMS; h++)
 #define R(x) ((x) - (real){{0}}) /* a scalar in every lane; a vector as it is */
 #define K(x) ((scalar)(x))
 #define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
@@ -25,7 +29,7 @@ SECTION = """\
  * {signature}
  */"""
 
-PARAMETERS = "const real *const *in, const scalar *p, const scalar *c, real *restrict out, real *restrict work"
+PARAMETERS = "const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work"
 CONSTANTS_PARAMETERS = "const scalar *p, scalar *restrict c"
 
 FUNCTION = """\
@@ -44,10 +48,10 @@ static __attribute__((noinline)) void EOM_NAME({name})({parameters})
 
 COLUMNS_HEAD = """\
 for (int j = 0; j < {n}; j++) {{
-    for (int i = 0; i < {n}; i++) a[i] = R(K(i == j));"""
+    for (int i = 0; i < {n}; i++) EACH a[i][h] = R(K(i == j));"""
 
 COLUMNS_TAIL = """\
-    for (int i = 0; i < {n}; i++) out[i * {n} + j] = column[i];
+    for (int i = 0; i < {n}; i++) EACH out[i * {n} + j][h] = column[i][h];
 }}"""
 
 INCLUDE = """\
@@ -56,6 +60,8 @@ INCLUDE = """\
 #define EOM_SCALAR_TEXT {text}
 #include "{name}_kernels.h"
 #undef real
+#undef pack
+#undef EACH
 #undef scalar
 #undef R
 #undef K
@@ -109,10 +115,10 @@ DOC = "{name}({arguments})\\n\\n{doc}."
 INTERFACE = """\
 {prototype}
 {{
-    const double *in[] = {{{inputs}}};
+    const pack_f64 *in[] = {{{inputs}}};
     double c[{constants}], work[{work}];
 {loads}
-    {name}_f64(in, p, c, out, work);
+    {name}_f64(in, p, c, (pack_f64 *)out, (pack_f64 *)work);
 }}
 
 {batch}

@@ -12,6 +12,9 @@ class NumPyPrinter:
     def load(self, array: str, index: str) -> str:
         return f"{array}[{index}]"
 
+    def named(self, name: str) -> str:
+        return name
+
     def constant(self, node: Node) -> Text:
         text = repr(float(node.value))
         return Text(text, 1 if text.startswith("-") else 3, 0, node)

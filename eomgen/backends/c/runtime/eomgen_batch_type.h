@@ -1,10 +1,11 @@
 /* eomgen_batch_type.h: the loop of eomgen_batch.c for one type; included once per type.
  *
  * Expects EOM_TYPE (the scalar's suffix), EOM_VECTOR (the vector's suffix) and EOM_WIDTH (its lanes); EOM_TRANSPOSE,
- * if there is one, transposes a square of vectors in place.
+ * if there is one, transposes a square of vectors in place. A block has STREAMS vectors per element, side by side.
  */
 #define SCALAR EOM_PASTE(eom_, EOM_TYPE)
 #define VECTOR EOM_PASTE(eom_, EOM_VECTOR)
+#define STREAMS EOM_PASTE(EOM_STREAMS_, EOM_VECTOR)
 #define FN(name) EOM_PASTE(EOM_PASTE(name, _), EOM_TYPE)
 
 typedef void FN(eom_constants)(const SCALAR *p, SCALAR *c);
@@ -69,7 +70,7 @@ static void FN(eom_load_strided)(const eom_operand *o, const char *first, int co
     const char *state[EOM_WIDTH];
     for (int lane = 0; lane < EOM_WIDTH; lane++) state[lane] = first + (lane < count ? lane : count - 1) * o->step;
     for (int i = 0; i < o->rows; i++)
-        for (int j = 0; j < o->columns; j++, to++) {
+        for (int j = 0; j < o->columns; j++, to += STREAMS) {
             intptr_t offset = i * o->row + j * o->column;
             SCALAR *lanes = (SCALAR *)to;
             for (int lane = 0; lane < EOM_WIDTH; lane++) lanes[lane] = *(const SCALAR *)(state[lane] + offset);
@@ -79,20 +80,22 @@ static void FN(eom_load_strided)(const eom_operand *o, const char *first, int co
 static void FN(eom_store_strided)(const eom_operand *o, char *first, int count, const VECTOR *from)
 {
     for (int lane = 0; lane < count; lane++)
-        FN(eom_scatter)(o, first + lane * o->step, (const SCALAR *)from + lane, EOM_WIDTH);
+        FN(eom_scatter)(o, first + lane * o->step, (const SCALAR *)from + lane, STREAMS * EOM_WIDTH);
 }
 
 /* Every element is adjacent from state to state ("Fortran order"): a vector is a vector. */
 static void FN(eom_load_vectors)(const eom_operand *o, const char *first, VECTOR *to)
 {
     for (int i = 0; i < o->rows; i++)
-        for (int j = 0; j < o->columns; j++) memcpy(to++, first + i * o->row + j * o->column, sizeof(VECTOR));
+        for (int j = 0; j < o->columns; j++, to += STREAMS)
+            memcpy(to, first + i * o->row + j * o->column, sizeof(VECTOR));
 }
 
 static void FN(eom_store_vectors)(const eom_operand *o, char *first, const VECTOR *from)
 {
     for (int i = 0; i < o->rows; i++)
-        for (int j = 0; j < o->columns; j++) memcpy(first + i * o->row + j * o->column, from++, sizeof(VECTOR));
+        for (int j = 0; j < o->columns; j++, from += STREAMS)
+            memcpy(first + i * o->row + j * o->column, from, sizeof(VECTOR));
 }
 
 #ifdef EOM_TRANSPOSE
@@ -107,7 +110,7 @@ static void FN(eom_load_rows)(const SCALAR *first, int n, intptr_t step, VECTOR 
             if (e > n - EOM_WIDTH) e = n - EOM_WIDTH;
             for (int lane = 0; lane < EOM_WIDTH; lane++) memcpy(&tile[lane], first + lane * step + e, sizeof(VECTOR));
             EOM_TRANSPOSE(tile);
-            for (int k = 0; k < EOM_WIDTH; k++) to[e + k] = tile[k];
+            for (int k = 0; k < EOM_WIDTH; k++) to[(e + k) * STREAMS] = tile[k];
         }
         return;
     }
@@ -117,7 +120,7 @@ static void FN(eom_load_rows)(const SCALAR *first, int n, intptr_t step, VECTOR 
     for (int lane = 0; lane < EOM_WIDTH; lane++)
         memcpy(&tile[lane], lane * n <= last ? first + lane * n : ends + (lane * n - last), sizeof(VECTOR));
     EOM_TRANSPOSE(tile);
-    for (int k = 0; k < n; k++) to[k] = tile[k];
+    for (int k = 0; k < n; k++) to[k * STREAMS] = tile[k];
 }
 
 static void FN(eom_store_rows)(SCALAR *first, int n, intptr_t step, const VECTOR *from)
@@ -126,13 +129,13 @@ static void FN(eom_store_rows)(SCALAR *first, int n, intptr_t step, const VECTOR
     if (n >= EOM_WIDTH) {
         for (int e = 0; e < n; e += EOM_WIDTH) {
             if (e > n - EOM_WIDTH) e = n - EOM_WIDTH;
-            for (int k = 0; k < EOM_WIDTH; k++) tile[k] = from[e + k];
+            for (int k = 0; k < EOM_WIDTH; k++) tile[k] = from[(e + k) * STREAMS];
             EOM_TRANSPOSE(tile);
             for (int lane = 0; lane < EOM_WIDTH; lane++) memcpy(first + lane * step + e, &tile[lane], sizeof(VECTOR));
         }
         return;
     }
-    for (int k = 0; k < EOM_WIDTH; k++) tile[k] = from[k < n ? k : 0];
+    for (int k = 0; k < EOM_WIDTH; k++) tile[k] = from[(k < n ? k : 0) * STREAMS];
     EOM_TRANSPOSE(tile);
     for (int lane = 0; lane < EOM_WIDTH; lane++) {
         /* What is written past a row's end is written again by the rows after it. */
@@ -182,7 +185,7 @@ static void FN(eom_store)(const eom_operand *o, intptr_t state, int count, const
     FN(eom_store_strided)(o, first, count, from);
 }
 
-/* Blocks of EOM_WIDTH states; lanes past the end repeat the last state. */
+/* Blocks of STREAMS EOM_WIDTH states; lanes past the end repeat the last state. */
 static void FN(eom_run_lanes)(const eom_function *f, const eom_kernels *k, const eom_operand *operand, intptr_t states,
                               const SCALAR *p, const SCALAR *c, SCALAR *buffer)
 {
@@ -191,16 +194,23 @@ static void FN(eom_run_lanes)(const eom_function *f, const eom_kernels *k, const
     const eom_operand *result = &operand[f->inputs + 1];
     for (int i = 0; i < f->inputs; i++) {
         inputs[i] = copies[i] = out;
-        out += operand[i].size;
-        if (operand[i].step == 0) FN(eom_load_strided)(&operand[i], operand[i].base, EOM_WIDTH, copies[i]);
+        out += operand[i].size * STREAMS;
+        for (int h = 0; h < STREAMS && operand[i].step == 0; h++)
+            FN(eom_load_strided)(&operand[i], operand[i].base, EOM_WIDTH, copies[i] + h);
     }
-    VECTOR *work = out + result->size;
-    for (intptr_t first = 0; first < states; first += EOM_WIDTH) {
-        int count = states - first < EOM_WIDTH ? (int)(states - first) : EOM_WIDTH;
-        for (int i = 0; i < f->inputs; i++)
-            if (operand[i].step != 0) FN(eom_load)(&operand[i], first, count, copies[i]);
+    VECTOR *work = out + result->size * STREAMS;
+    for (intptr_t block = 0; block < states; block += STREAMS * EOM_WIDTH) {
+        int count[STREAMS];
+        intptr_t first[STREAMS];
+        for (int h = 0; h < STREAMS; h++) {
+            intptr_t left = states - block - h * EOM_WIDTH;
+            count[h] = left >= EOM_WIDTH ? EOM_WIDTH : left > 0 ? (int)left : 0;
+            first[h] = count[h] ? block + h * EOM_WIDTH : states - 1;
+            for (int i = 0; i < f->inputs; i++)
+                if (operand[i].step != 0) FN(eom_load)(&operand[i], first[h], count[h] ? count[h] : 1, copies[i] + h);
+        }
         ((FN(eom_lanes) *)k->lanes)(inputs, p, c, out, work);
-        FN(eom_store)(result, first, count, out);
+        for (int h = 0; h < STREAMS; h++) FN(eom_store)(result, first[h], count[h], out + h);
     }
 }
 #endif
@@ -216,7 +226,7 @@ void FN(eom_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps
     int total = eom_operands(f, args, steps, sizeof(SCALAR), operand);
     const eom_operand *parameters = &operand[f->inputs];
     int fresh = parameters->step != 0 && states > 1;
-    int lanes = EOM_WIDTH > 1 && k->lanes && !fresh && states > EOM_WIDTH / 2 ? EOM_WIDTH : 1;
+    int lanes = EOM_WIDTH > 1 && k->lanes && !fresh && states > EOM_WIDTH / 2 ? STREAMS * EOM_WIDTH : 1;
 
     size_t block = (size_t)(total + f->work) * lanes, constants = (size_t)f->constants + parameters->size;
     size_t bytes = (block + constants) * sizeof(SCALAR);
@@ -246,6 +256,7 @@ void FN(eom_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps
 
 #undef SCALAR
 #undef VECTOR
+#undef STREAMS
 #undef FN
 #undef EOM_TYPE
 #undef EOM_VECTOR

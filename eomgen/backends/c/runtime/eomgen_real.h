@@ -572,6 +572,15 @@ EOM_DEFINE_FUNCTION(log, log, logf, logl)
 #define eom_exp EOM_JOIN(eom_exp_, EOM_REAL)
 #define eom_log EOM_JOIN(eom_log_, EOM_REAL)
 
+/* How many values a kernel carries side by side for each of its variables: a recursion along a chain waits for its own
+ * results most of the time, and a second, independent stream of states fills the waits. */
+#define EOM_STREAMS EOM_JOIN(EOM_STREAMS_, EOM_REAL)
+#define EOM_STREAMS_f64 1
+#define EOM_STREAMS_f32 1
+#define EOM_STREAMS_f80 1
+#define EOM_STREAMS_f64v 2
+#define EOM_STREAMS_f32v 2
+
 #define EOM_LANES EOM_JOIN(EOM_LANES_, EOM_REAL) /* 1 for scalars; may be used in #if */
 #define EOM_LANES_f64 1
 #define EOM_LANES_f32 1
