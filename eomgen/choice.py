@@ -49,6 +49,13 @@ def programs(equations: Equations, names: Sequence[str], looped: bool | None, so
     if looped or (looped is None and walking and m >= LOOPED_FROM):
         if solver == "dense":
             raise OptionError("the dense solver cannot be written as loops; use solver 'articulated' or loops=False")
+        for name in names:
+            if name not in loops.LOOPED:
+                allowed = ", ".join(loops.LOOPED)
+                raise UnsupportedError(
+                    f"{name} cannot be written as loops over links, which {m} links use; allowed: {allowed}; "
+                    "or use loops=False"
+                )
         return [loops.program(equations.mechanism, name) for name in names]
     return [functions.program(_solved(equations, name, solver), name) for name in names]
 

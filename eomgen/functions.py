@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from eomgen import sensitivity
 from eomgen.errors import OptionError, unknown
 from eomgen.ir.equations import Equations, Symbols
 from eomgen.ir.expr import Node
@@ -19,15 +20,20 @@ class Function:
 
     Attributes:
         arguments: its arguments before p, by their letters; w is dropped where nothing is prescribed.
-        shape: the shape of the result from (n, k, m): coordinates, prescribed lengths, links.
+        shape: the shape of the result from (n, k, m): coordinates, prescribed lengths, links; -1 where the number of
+            expressions decides.
         build: the result's expressions, flattened.
         doc: one line.
+        default: whether it is built without being asked for.
+        parameters: whether p is its last argument; otherwise the scene's numbers are in the code.
     """
 
     arguments: str
     shape: Callable[[int, int, int], tuple[int, ...]]
     build: Build
     doc: str
+    default: bool = True
+    parameters: bool = True
 
 
 FUNCTIONS: dict[str, Function] = {
@@ -46,6 +52,20 @@ FUNCTIONS: dict[str, Function] = {
         "qvaw", lambda n, k, m: (k,), lambda e: e.prescribed_forces, "forces along the prescribed lengths, N"
     ),
     "joints": Function("qw", lambda n, k, m: (m, 2), lambda e: flatten(e.joints), "far-end position of every link, m"),
+    "jacobian": Function(
+        "qvuw", lambda n, k, m: (n, -1), sensitivity.jacobian, "accelerations by (q, v, u)", default=False
+    ),
+    "parameter_jacobian": Function(
+        "qvuw", lambda n, k, m: (n, -1), sensitivity.parameter_jacobian, "accelerations by p", default=False
+    ),
+    "regressor": Function(
+        "qvaw",
+        lambda n, k, m: (n, -1),
+        lambda e: sensitivity.regressor(e).nodes,
+        "matrix Y with u = Y b, b the inertial parameters",
+        default=False,
+        parameters=False,
+    ),
 }
 
 
@@ -53,7 +73,9 @@ def available(equations: Equations) -> list[str]:
     """The functions these equations have, in the order of `FUNCTIONS`."""
     absent = {"prescribed_forces"} if not equations.w else set()
     if not has_links(equations):
-        absent.add("joints")
+        absent |= {"joints", "regressor"}
+    if not equations.p:
+        absent.add("parameter_jacobian")
     return [name for name in FUNCTIONS if name not in absent]
 
 
@@ -63,14 +85,14 @@ def has_links(equations: Equations) -> bool:
 
 
 def select(equations: Equations, names: Sequence[str] | None) -> list[str]:
-    """The requested functions in the order of `FUNCTIONS`; None asks for all.
+    """The requested functions in the order of `FUNCTIONS`; None asks for the default ones.
 
     Raises:
         OptionError: a name is unknown, or the equations do not have the function.
     """
     offered = available(equations)
     if names is None:
-        return offered
+        return [name for name in offered if FUNCTIONS[name].default]
     if isinstance(names, str):
         names = [names]
     for name in names:
@@ -81,11 +103,11 @@ def select(equations: Equations, names: Sequence[str] | None) -> list[str]:
     return [name for name in offered if name in names]
 
 
-def inputs(symbols: Symbols, arguments: str) -> tuple[Array, ...]:
+def inputs(symbols: Symbols, function: Function) -> tuple[Array, ...]:
     """The input arrays of a function: its arguments, w only where something is prescribed, p last."""
     nodes = {"q": symbols.q, "v": symbols.v, "a": symbols.a, "u": symbols.u, "p": symbols.p}
     arrays: list[Array] = []
-    for letter in (*arguments, "p"):
+    for letter in function.arguments + ("p" if function.parameters else ""):
         if letter == "w":
             if not symbols.w:
                 continue
@@ -101,15 +123,18 @@ def inputs(symbols: Symbols, arguments: str) -> tuple[Array, ...]:
 
 def program(equations: Equations, name: str) -> Program:
     """The function of this name as a straight-line program."""
-    function, symbols = FUNCTIONS[name], equations.symbols
+    function = FUNCTIONS[name]
+    nodes = function.build(equations)
+    symbols = equations.symbols if function.parameters else sensitivity.regressor(equations).symbols
     m = len(equations.joints) if has_links(equations) else 0
     shape = function.shape(len(symbols.q), len(symbols.w), m)
+    if shape[-1] == -1:
+        shape = (shape[0], len(nodes) // shape[0])
     loads = {node: Place(slot.array, (slot.index,)) for node, slot in symbols.slots.items()}
-    results = [("out", i, node) for i, node in enumerate(function.build(equations))]
     return Program(
         name=name,
         doc=function.doc,
-        inputs=inputs(symbols, function.arguments),
+        inputs=inputs(symbols, function),
         output=Array("out", shape, "output"),
-        blocks=(straight(function.doc, loads, results),),
+        blocks=(straight(function.doc, loads, [("out", i, node) for i, node in enumerate(nodes)]),),
     )

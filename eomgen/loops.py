@@ -199,7 +199,7 @@ class _Builder:
         return Program(
             name=self.name,
             doc=self.function.doc,
-            inputs=inputs(self.mechanism.symbols, self.function.arguments),
+            inputs=inputs(self.mechanism.symbols, self.function),
             output=Array("out", self.function.shape(n, k, m), "output"),
             blocks=blocks[:first] if self.looped.columns else blocks,
             columns=blocks[first:] if self.looped.columns else (),

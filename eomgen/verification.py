@@ -114,7 +114,7 @@ def verify(
 def _fingerprints(equations: Equations) -> dict[str, list[list[int]]]:
     """Every function's exact values at the random points."""
     found = {}
-    for name in functions.available(equations):
+    for name in functions.select(equations, None):
         outputs = list(functions.FUNCTIONS[name].build(equations))
         found[name] = [fingerprint(outputs, seed) for seed in range(POINTS)]
     return found
@@ -152,7 +152,7 @@ def _errors(equations: Equations, module: Any, method: str, backend: str, states
     scene: Scene = equations.mechanism.scene  # type: ignore[attr-defined]
     digits, found = Digits(60), []
     n = len(equations.q)
-    for name in functions.available(equations):
+    for name in functions.select(equations, None):
         rng = np.random.default_rng(20170901)
         program = functions.program(equations, name)
         nodes = list(functions.FUNCTIONS[name].build(equations))

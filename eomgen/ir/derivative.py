@@ -6,7 +6,7 @@ the expression and no expression swells. (Griewank & Walther 2008, chapters 3.1 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 
 from eomgen.ir.expr import Node, reachable
 
@@ -41,11 +41,16 @@ def partials(node: Node) -> tuple[Node, ...]:
 
 
 class Tape:
-    """The nodes of some outputs in order, ready to be differentiated several times."""
+    """The nodes of some outputs in order, ready to be differentiated several times.
 
-    def __init__(self, outputs: Sequence[Node]) -> None:
+    Args:
+        outputs: the expressions.
+        leaves: nodes that count as independent variables, whatever they are made of.
+    """
+
+    def __init__(self, outputs: Sequence[Node], leaves: Container[Node] = ()) -> None:
         self.outputs = tuple(outputs)
-        self.nodes = [node for node in reachable(self.outputs) if node.args]
+        self.nodes = [node for node in reachable(self.outputs, leaves) if node.args and node not in leaves]
 
     def forward(self, seeds: Mapping[Node, Node]) -> tuple[Node, ...]:
         """The derivative of every output along the direction that `seeds` gives to symbols."""

@@ -15,6 +15,7 @@ from eomgen.ir.program import Array, Block, Place, Program
 from eomgen.ir.statements import affine, statements
 from eomgen.model import Model
 
+WIDE_LIMIT = 2000  # expression nodes
 TYPES = {"float64": ("f64", "f64v"), "float32": ("f32", "f32v"), "longdouble": ("f80", None)}
 
 
@@ -37,7 +38,9 @@ def kernels(model: Model) -> str:
 
 def function(program: Program) -> str:
     """The kernels of one function: its parts, the function itself, its constants."""
-    heading = template.SECTION.format(name=program.name, doc=program.doc, signature=program.signature)
+    heading = template.SECTION.format(
+        name=program.name, doc=program.doc, signature=program.signature, streams="EOM_WIDE" if is_wide(program) else 1
+    )
     pieces: list[str] = [heading]
     if program.constants:
         pieces.append("#if EOM_SCALAR_TEXT\n")
@@ -45,6 +48,14 @@ def function(program: Program) -> str:
         pieces.append("#endif\n")
     pieces.append(_routine(program, program.name, program.blocks, constants=False))
     return "\n".join(pieces)
+
+
+def is_wide(program: Program) -> bool:
+    """Whether a kernel carries several streams and has its sines inlined: the function that runs most, if it is short.
+
+    Both cost compile time in proportion to the code.
+    """
+    return program.name == "forward_dynamics" and sum(len(block.nodes()) for block in program.blocks) <= WIDE_LIMIT
 
 
 def _routine(program: Program, name: str, blocks: tuple[Block, ...], constants: bool) -> str:
@@ -99,7 +110,7 @@ def _block(program: Program, block: Block) -> list[str]:
     """The lines of a block: statements, then stores; a loop around them if it repeats."""
     loop = _Loop(block)
     rates = {name: array.role not in ("constants",) and name != "p" for name, array in program.arrays.items()}
-    lines, texts = statements(block, CPrinter(rates), loop.index_of)
+    lines, texts = statements(block, CPrinter(rates, inline=is_wide(program)), loop.index_of)
     scalar_rate = block in program.constants
     for store in block.stores:
         value = texts[store.node].text
@@ -208,9 +219,11 @@ def _entry(program: Program, model: Model) -> str:
         doc=template.DOC.format(
             name=program.name, arguments=", ".join(array.name for array in program.inputs), doc=program.doc
         ),
-        inputs=len(program.inputs) - 1,
+        inputs=sum(array.name != "p" for array in program.inputs),
+        parameters=int(program.inputs[-1].name == "p"),
         constants=program.size("constants"),
         work=program.size("work"),
+        wide=int(is_wide(program)),
         kernels=", ".join(built),
     )
 
@@ -225,7 +238,8 @@ def _prototype(program: Program, model: Model, batch: bool) -> str:
 def _interface(program: Program, model: Model) -> str:
     if "float64" not in model.dtypes:
         return ""
-    inputs = [f"(const pack_f64 *){array.name}" for array in program.inputs if array.name != "p"]
+    inputs = [f"(const pack_f641 *){array.name}" for array in program.inputs if array.name != "p"]
+    parameters = "p" if program.inputs[-1].name == "p" else "0"
     loads: list[str] = []
     strides: list[int] = []
     for array in _operands(program):
@@ -233,7 +247,7 @@ def _interface(program: Program, model: Model) -> str:
     steps = [8 * array.size if array.name != "p" else 0 for array in _operands(program)]
     arguments = [f"(char *){array.name}" for array in _operands(program)]
     if program.constants:
-        loads.append(f"    {program.name}_constants_f64(p, c);")
+        loads.append(f"    {program.name}_constants_f64({parameters}, c);")
     return template.INTERFACE.format(
         prototype=_prototype(program, model, batch=False),
         batch=_prototype(program, model, batch=True),
@@ -241,7 +255,8 @@ def _interface(program: Program, model: Model) -> str:
         inputs=", ".join(inputs),
         constants=max(1, program.size("constants")),
         work=max(1, program.size("work")),
-        loads="\n".join(loads) or "    (void)p;",
+        loads="\n".join(loads),
+        parameters=parameters,
         arguments=", ".join(arguments),
         steps=", ".join(map(str, [*steps, *strides])),
         index=[other.name for other in model.programs].index(program.name),

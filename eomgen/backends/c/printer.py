@@ -21,10 +21,12 @@ class CPrinter:
 
     Args:
         packs: for every array whether its elements are packs (at the rate of states) or scalars.
+        inline: whether sines and cosines stand in line or are called.
     """
 
-    def __init__(self, packs: Mapping[str, bool]) -> None:
+    def __init__(self, packs: Mapping[str, bool], inline: bool = True) -> None:
         self.packs = packs
+        self.function = "SINCOS" if inline else "SINCOS_CALL"
 
     def load(self, array: str, index: str) -> str:
         return f"{array}[{index}][h]" if self.packs[array] else f"{array}[{index}]"
@@ -72,7 +74,7 @@ class CPrinter:
         return f"pack {name}; EACH {name}[h] = {text};"
 
     def sincos(self, angle: str, sine: str, cosine: str) -> list[str]:
-        return [f"pack {sine}, {cosine}; EACH SINCOS({angle}, &{sine}[h], &{cosine}[h]);"]
+        return [f"pack {sine}, {cosine}; EACH {self.function}({angle}, &{sine}[h], &{cosine}[h]);"]
 
 
 def number(value: int | Fraction) -> str:

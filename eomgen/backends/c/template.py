@@ -5,18 +5,25 @@ KERNELS_HEAD = """\
  *
  * The equations, as one text for every type: {name}.c includes it once for each. `real` is a scalar or a vector of
  * lanes (a lane is a state), `scalar` its element; FMA, SINCOS, ... are those of eomgen_real.h. Every value is a
- * `pack` of EOM_STREAMS reals that EACH statement computes side by side.
+ * `pack` of STREAMS reals that EACH statement computes side by side.
  *
 {legend}
  */
 #define real eom_real
-#define pack EOM_NAME(pack)
-typedef real pack[EOM_STREAMS];
-#define EACH _Pragma("GCC unroll 2") for (int h = 0; h < EOM_STREAMS; h++)
+#define pack EOM_JOIN(EOM_NAME(pack), STREAMS)
+#define STREAMS 1
+typedef real pack[1];
+#undef STREAMS
+#define STREAMS EOM_WIDE
+#if EOM_WIDE > 1
+typedef real pack[EOM_WIDE];
+#endif
+#define EACH _Pragma("GCC unroll 2") for (int h = 0; h < STREAMS; h++)
 #define R(x) ((x) - (real){{0}}) /* a scalar in every lane; a vector as it is */
 #define K(x) ((scalar)(x))
 #define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
 #define SINCOS(x, s, c) eom_sincos(R(x), s, c)
+#define SINCOS_CALL(x, s, c) eom_sincos_call(R(x), s, c)
 #define PIVOT_INVERSE(pivot, reference) eom_pivot_inverse(R(pivot), R(reference))
 #define SQRT(x) eom_sqrt(R(x))
 #define EXP(x) eom_exp(R(x))
@@ -27,7 +34,9 @@ SECTION = """\
 /* ---- {name} ----
  * {doc}
  * {signature}
- */"""
+ */
+#undef STREAMS
+#define STREAMS {streams}"""
 
 PARAMETERS = "const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work"
 CONSTANTS_PARAMETERS = "const scalar *p, scalar *restrict c"
@@ -67,6 +76,8 @@ INCLUDE = """\
 #undef K
 #undef FMA
 #undef SINCOS
+#undef SINCOS_CALL
+#undef STREAMS
 #undef PIVOT_INVERSE
 #undef SQRT
 #undef EXP
@@ -107,7 +118,7 @@ const double {name}_p[{size}] = {{
 ENTRY = """\
     {{"{name}", "{signature}",
      "{doc}",
-     {inputs}, {name}_rows, {name}_columns, {constants}, {work},
+     {inputs}, {parameters}, {name}_rows, {name}_columns, {constants}, {work}, {wide},
      {kernels}}},"""
 
 DOC = "{name}({arguments})\\n\\n{doc}."
@@ -115,10 +126,10 @@ DOC = "{name}({arguments})\\n\\n{doc}."
 INTERFACE = """\
 {prototype}
 {{
-    const pack_f64 *in[] = {{{inputs}}};
+    const pack_f641 *in[] = {{{inputs}}};
     double c[{constants}], work[{work}];
 {loads}
-    {name}_f64(in, p, c, (pack_f64 *)out, (pack_f64 *)work);
+    {name}_f64(in, {parameters}, c, (pack_f641 *)out, (pack_f641 *)work);
 }}
 
 {batch}

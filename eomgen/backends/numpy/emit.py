@@ -43,6 +43,7 @@ def kernel(model: Model) -> str:
                 result=repr(program.output.shape),
                 signature=program.signature,
                 constants=f"_{program.name}_constants" if program.constants else None,
+                parameters=program.inputs[-1].name == "p",
                 block=_block_size(program),
                 dtypes=repr(model.dtypes),
             )

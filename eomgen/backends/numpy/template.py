@@ -26,6 +26,7 @@ FUNCTION = """
     {result},
     "{signature}",
     {constants},
+    {parameters},
     _{name},
     {block},
     {dtypes},

@@ -30,6 +30,7 @@ cdef extern from "eomgen_model.h":
         const char *signature
         const char *doc
         int inputs
+        int parameters
         eom_kernels f64, f32, f80
     const eom_function eom_functions[]
     const int eom_function_count
@@ -40,7 +41,7 @@ cdef extern from "eomgen_model.h":
 
 cdef object register(const eom_function *f):
     # NumPy keeps these arrays for the life of the ufunc, which is that of the process.
-    cdef int operands = f.inputs + 2, count = 0, i, k
+    cdef int operands = f.inputs + f.parameters + 1, count = 0, i, k
     cdef PyUFuncGenericFunction *loops = <PyUFuncGenericFunction *>malloc(3 * sizeof(PyUFuncGenericFunction))
     cdef void **data = <void **>malloc(3 * sizeof(void *))
     cdef char *types = <char *>malloc(3 * operands)
@@ -64,7 +65,7 @@ cdef object register(const eom_function *f):
         for i in range(operands):
             types[k * operands + i] = kind[k]
     return PyUFunc_FromFuncAndDataAndSignature(
-        loops, data, types, count, f.inputs + 1, 1, -1, f.name, f.doc, 0, f.signature)
+        loops, data, types, count, operands - 1, 1, -1, f.name, f.doc, 0, f.signature)
 
 
 _import_array()

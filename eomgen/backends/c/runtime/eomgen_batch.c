@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { EOM_MAX_INPUTS = 8, EOM_STACK_BYTES = 16384 };
+enum { EOM_MAX_INPUTS = 8, EOM_MAX_STREAMS = 2, EOM_STACK_BYTES = 16384 };
 
 /* An operand: `size` elements at the address of its state plus `offset` of each. */
 typedef struct {
@@ -24,7 +24,7 @@ typedef struct {
 
 static int eom_operands(const eom_function *f, char **args, const intptr_t *steps, size_t scalar, eom_operand *operand)
 {
-    int count = f->inputs + 2, total = 0;
+    int count = f->inputs + f->parameters + 1, total = 0;
     const intptr_t *inner = steps + count;
     for (int i = 0; i < count; i++) {
         eom_operand *o = &operand[i];
@@ -38,6 +38,10 @@ static int eom_operands(const eom_function *f, char **args, const intptr_t *step
         o->dense = (o->columns == 1 || o->column == (intptr_t)scalar) &&
                    (o->rows <= 1 || o->row == (intptr_t)scalar * o->columns);
         total += o->size;
+    }
+    if (!f->parameters) { /* an empty p, so that all functions look alike; the result stays last */
+        operand[f->inputs + 1] = operand[f->inputs];
+        operand[f->inputs] = (eom_operand){.dense = 1, .columns = 1};
     }
     return total;
 }

@@ -1,11 +1,11 @@
 /* eomgen_batch_type.h: the loop of eomgen_batch.c for one type; included once per type.
  *
  * Expects EOM_TYPE (the scalar's suffix), EOM_VECTOR (the vector's suffix) and EOM_WIDTH (its lanes); EOM_TRANSPOSE,
- * if there is one, transposes a square of vectors in place. A block has STREAMS vectors per element, side by side.
+ * if there is one, transposes a square of vectors in place. A block has `streams` vectors per element, side
+ * by side.
  */
 #define SCALAR EOM_PASTE(eom_, EOM_TYPE)
 #define VECTOR EOM_PASTE(eom_, EOM_VECTOR)
-#define STREAMS EOM_PASTE(EOM_STREAMS_, EOM_VECTOR)
 #define FN(name) EOM_PASTE(EOM_PASTE(name, _), EOM_TYPE)
 
 typedef void FN(eom_constants)(const SCALAR *p, SCALAR *c);
@@ -65,36 +65,36 @@ static void FN(eom_run_one)(const eom_function *f, const eom_kernels *k, const e
 
 #if EOM_WIDTH > 1
 /* Strided elements of EOM_WIDTH states into lanes, one element after the other. */
-static void FN(eom_load_strided)(const eom_operand *o, const char *first, int count, VECTOR *to)
+static void FN(eom_load_strided)(const eom_operand *o, const char *first, int count, VECTOR *to, int streams)
 {
     const char *state[EOM_WIDTH];
     for (int lane = 0; lane < EOM_WIDTH; lane++) state[lane] = first + (lane < count ? lane : count - 1) * o->step;
     for (int i = 0; i < o->rows; i++)
-        for (int j = 0; j < o->columns; j++, to += STREAMS) {
+        for (int j = 0; j < o->columns; j++, to += streams) {
             intptr_t offset = i * o->row + j * o->column;
             SCALAR *lanes = (SCALAR *)to;
             for (int lane = 0; lane < EOM_WIDTH; lane++) lanes[lane] = *(const SCALAR *)(state[lane] + offset);
         }
 }
 
-static void FN(eom_store_strided)(const eom_operand *o, char *first, int count, const VECTOR *from)
+static void FN(eom_store_strided)(const eom_operand *o, char *first, int count, const VECTOR *from, int streams)
 {
     for (int lane = 0; lane < count; lane++)
-        FN(eom_scatter)(o, first + lane * o->step, (const SCALAR *)from + lane, STREAMS * EOM_WIDTH);
+        FN(eom_scatter)(o, first + lane * o->step, (const SCALAR *)from + lane, streams * EOM_WIDTH);
 }
 
 /* Every element is adjacent from state to state ("Fortran order"): a vector is a vector. */
-static void FN(eom_load_vectors)(const eom_operand *o, const char *first, VECTOR *to)
+static void FN(eom_load_vectors)(const eom_operand *o, const char *first, VECTOR *to, int streams)
 {
     for (int i = 0; i < o->rows; i++)
-        for (int j = 0; j < o->columns; j++, to += STREAMS)
+        for (int j = 0; j < o->columns; j++, to += streams)
             memcpy(to, first + i * o->row + j * o->column, sizeof(VECTOR));
 }
 
-static void FN(eom_store_vectors)(const eom_operand *o, char *first, const VECTOR *from)
+static void FN(eom_store_vectors)(const eom_operand *o, char *first, const VECTOR *from, int streams)
 {
     for (int i = 0; i < o->rows; i++)
-        for (int j = 0; j < o->columns; j++, from += STREAMS)
+        for (int j = 0; j < o->columns; j++, from += streams)
             memcpy(first + i * o->row + j * o->column, from, sizeof(VECTOR));
 }
 
@@ -102,7 +102,7 @@ static void FN(eom_store_vectors)(const eom_operand *o, char *first, const VECTO
 /* Rows of n adjacent elements, `step` scalars apart, to vectors over the rows. Tiles of EOM_WIDTH elements are
  * transposed in registers; the last tile overlaps the one before. Rows shorter than a tile are read past their end
  * as far as the block of rows goes, which needs step == n. */
-static void FN(eom_load_rows)(const SCALAR *first, int n, intptr_t step, VECTOR *to)
+static void FN(eom_load_rows)(const SCALAR *first, int n, intptr_t step, VECTOR *to, int streams)
 {
     VECTOR tile[EOM_WIDTH];
     if (n >= EOM_WIDTH) {
@@ -110,7 +110,7 @@ static void FN(eom_load_rows)(const SCALAR *first, int n, intptr_t step, VECTOR 
             if (e > n - EOM_WIDTH) e = n - EOM_WIDTH;
             for (int lane = 0; lane < EOM_WIDTH; lane++) memcpy(&tile[lane], first + lane * step + e, sizeof(VECTOR));
             EOM_TRANSPOSE(tile);
-            for (int k = 0; k < EOM_WIDTH; k++) to[(e + k) * STREAMS] = tile[k];
+            for (int k = 0; k < EOM_WIDTH; k++) to[(e + k) * streams] = tile[k];
         }
         return;
     }
@@ -120,22 +120,22 @@ static void FN(eom_load_rows)(const SCALAR *first, int n, intptr_t step, VECTOR 
     for (int lane = 0; lane < EOM_WIDTH; lane++)
         memcpy(&tile[lane], lane * n <= last ? first + lane * n : ends + (lane * n - last), sizeof(VECTOR));
     EOM_TRANSPOSE(tile);
-    for (int k = 0; k < n; k++) to[k * STREAMS] = tile[k];
+    for (int k = 0; k < n; k++) to[k * streams] = tile[k];
 }
 
-static void FN(eom_store_rows)(SCALAR *first, int n, intptr_t step, const VECTOR *from)
+static void FN(eom_store_rows)(SCALAR *first, int n, intptr_t step, const VECTOR *from, int streams)
 {
     VECTOR tile[EOM_WIDTH];
     if (n >= EOM_WIDTH) {
         for (int e = 0; e < n; e += EOM_WIDTH) {
             if (e > n - EOM_WIDTH) e = n - EOM_WIDTH;
-            for (int k = 0; k < EOM_WIDTH; k++) tile[k] = from[(e + k) * STREAMS];
+            for (int k = 0; k < EOM_WIDTH; k++) tile[k] = from[(e + k) * streams];
             EOM_TRANSPOSE(tile);
             for (int lane = 0; lane < EOM_WIDTH; lane++) memcpy(first + lane * step + e, &tile[lane], sizeof(VECTOR));
         }
         return;
     }
-    for (int k = 0; k < EOM_WIDTH; k++) tile[k] = from[(k < n ? k : 0) * STREAMS];
+    for (int k = 0; k < EOM_WIDTH; k++) tile[k] = from[(k < n ? k : 0) * streams];
     EOM_TRANSPOSE(tile);
     for (int lane = 0; lane < EOM_WIDTH; lane++) {
         /* What is written past a row's end is written again by the rows after it. */
@@ -153,64 +153,64 @@ static int FN(eom_has_rows)(const eom_operand *o)
            o->step % (intptr_t)sizeof(SCALAR) == 0;
 }
 
-static void FN(eom_load)(const eom_operand *o, intptr_t state, int count, VECTOR *to)
+static void FN(eom_load)(const eom_operand *o, intptr_t state, int count, VECTOR *to, int streams)
 {
     const char *first = o->base + state * o->step;
     if (count == EOM_WIDTH && o->step == sizeof(SCALAR)) {
-        FN(eom_load_vectors)(o, first, to);
+        FN(eom_load_vectors)(o, first, to, streams);
         return;
     }
 #ifdef EOM_TRANSPOSE
     if (count == EOM_WIDTH && FN(eom_has_rows)(o)) {
-        FN(eom_load_rows)((const SCALAR *)first, o->size, o->step / (intptr_t)sizeof(SCALAR), to);
+        FN(eom_load_rows)((const SCALAR *)first, o->size, o->step / (intptr_t)sizeof(SCALAR), to, streams);
         return;
     }
 #endif
-    FN(eom_load_strided)(o, first, count, to);
+    FN(eom_load_strided)(o, first, count, to, streams);
 }
 
-static void FN(eom_store)(const eom_operand *o, intptr_t state, int count, const VECTOR *from)
+static void FN(eom_store)(const eom_operand *o, intptr_t state, int count, const VECTOR *from, int streams)
 {
     char *first = o->base + state * o->step;
     if (count == EOM_WIDTH && o->step == sizeof(SCALAR)) {
-        FN(eom_store_vectors)(o, first, from);
+        FN(eom_store_vectors)(o, first, from, streams);
         return;
     }
 #ifdef EOM_TRANSPOSE
     if (count == EOM_WIDTH && FN(eom_has_rows)(o)) {
-        FN(eom_store_rows)((SCALAR *)first, o->size, o->step / (intptr_t)sizeof(SCALAR), from);
+        FN(eom_store_rows)((SCALAR *)first, o->size, o->step / (intptr_t)sizeof(SCALAR), from, streams);
         return;
     }
 #endif
-    FN(eom_store_strided)(o, first, count, from);
+    FN(eom_store_strided)(o, first, count, from, streams);
 }
 
-/* Blocks of STREAMS EOM_WIDTH states; lanes past the end repeat the last state. */
+/* Blocks of `streams` vectors of states; lanes past the end repeat the last state. */
 static void FN(eom_run_lanes)(const eom_function *f, const eom_kernels *k, const eom_operand *operand, intptr_t states,
-                              const SCALAR *p, const SCALAR *c, SCALAR *buffer)
+                              const SCALAR *p, const SCALAR *c, int streams, SCALAR *buffer)
 {
     const VECTOR *inputs[EOM_MAX_INPUTS];
     VECTOR *copies[EOM_MAX_INPUTS], *out = (VECTOR *)buffer;
     const eom_operand *result = &operand[f->inputs + 1];
     for (int i = 0; i < f->inputs; i++) {
         inputs[i] = copies[i] = out;
-        out += operand[i].size * STREAMS;
-        for (int h = 0; h < STREAMS && operand[i].step == 0; h++)
-            FN(eom_load_strided)(&operand[i], operand[i].base, EOM_WIDTH, copies[i] + h);
+        out += operand[i].size * streams;
+        for (int h = 0; h < streams && operand[i].step == 0; h++)
+            FN(eom_load_strided)(&operand[i], operand[i].base, EOM_WIDTH, copies[i] + h, streams);
     }
-    VECTOR *work = out + result->size * STREAMS;
-    for (intptr_t block = 0; block < states; block += STREAMS * EOM_WIDTH) {
-        int count[STREAMS];
-        intptr_t first[STREAMS];
-        for (int h = 0; h < STREAMS; h++) {
+    VECTOR *work = out + result->size * streams;
+    for (intptr_t block = 0; block < states; block += streams * EOM_WIDTH) {
+        int count[EOM_MAX_STREAMS];
+        intptr_t first[EOM_MAX_STREAMS];
+        for (int h = 0; h < streams; h++) {
             intptr_t left = states - block - h * EOM_WIDTH;
             count[h] = left >= EOM_WIDTH ? EOM_WIDTH : left > 0 ? (int)left : 0;
             first[h] = count[h] ? block + h * EOM_WIDTH : states - 1;
             for (int i = 0; i < f->inputs; i++)
-                if (operand[i].step != 0) FN(eom_load)(&operand[i], first[h], count[h] ? count[h] : 1, copies[i] + h);
+                if (operand[i].step != 0) FN(eom_load)(&operand[i], first[h], count[h] ? count[h] : 1, copies[i] + h, streams);
         }
         ((FN(eom_lanes) *)k->lanes)(inputs, p, c, out, work);
-        for (int h = 0; h < STREAMS; h++) FN(eom_store)(result, first[h], count[h], out + h);
+        for (int h = 0; h < streams; h++) FN(eom_store)(result, first[h], count[h], out + h, streams);
     }
 }
 #endif
@@ -226,7 +226,8 @@ void FN(eom_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps
     int total = eom_operands(f, args, steps, sizeof(SCALAR), operand);
     const eom_operand *parameters = &operand[f->inputs];
     int fresh = parameters->step != 0 && states > 1;
-    int lanes = EOM_WIDTH > 1 && k->lanes && !fresh && states > EOM_WIDTH / 2 ? STREAMS * EOM_WIDTH : 1;
+    int streams = f->wide ? EOM_PASTE(EOM_WIDE_, EOM_VECTOR) : 1;
+    int lanes = EOM_WIDTH > 1 && k->lanes && !fresh && states > EOM_WIDTH / 2 ? streams * EOM_WIDTH : 1;
 
     size_t block = (size_t)(total + f->work) * lanes, constants = (size_t)f->constants + parameters->size;
     size_t bytes = (block + constants) * sizeof(SCALAR);
@@ -247,7 +248,7 @@ void FN(eom_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps
     }
 #if EOM_WIDTH > 1
     if (lanes > 1) {
-        FN(eom_run_lanes)(f, k, operand, states, p, c, buffer);
+        FN(eom_run_lanes)(f, k, operand, states, p, c, streams, buffer);
     } else
 #endif
         FN(eom_run_one)(f, k, operand, 0, states, p, c, fresh, buffer);
@@ -256,7 +257,6 @@ void FN(eom_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps
 
 #undef SCALAR
 #undef VECTOR
-#undef STREAMS
 #undef FN
 #undef EOM_TYPE
 #undef EOM_VECTOR

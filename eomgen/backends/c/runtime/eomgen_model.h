@@ -28,10 +28,12 @@ typedef struct {
     const char *signature; /* of the generalised ufunc */
     const char *doc;
     int inputs;         /* arguments before p */
-    const int *rows;    /* first dimension of each operand: the inputs, p, the result */
+    int parameters;     /* 1 if p follows them */
+    const int *rows;    /* first dimension of each operand: the inputs, p if there is one, the result */
     const int *columns; /* second dimension, 0 for a vector */
     int constants;      /* size of c */
     int work;           /* size of work */
+    int wide;           /* 1 if the lanes kernel carries EOM_WIDE vectors per value, 0 if one */
     eom_kernels f64, f32, f80;
 } eom_function;
 

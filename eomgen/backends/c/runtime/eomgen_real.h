@@ -50,6 +50,7 @@
 #endif
 
 #define EOM_INLINE static inline __attribute__((always_inline, unused))
+#define EOM_CALL static __attribute__((noinline, unused))
 #define EOM_COLD static __attribute__((noinline, cold, unused))
 #define EOM_UNLIKELY(condition) __builtin_expect(!!(condition), 0)
 
@@ -494,6 +495,16 @@ EOM_COLD void eom_sincos_far_f32v(const eom_f32v *x, eom_f32v *sine, eom_f32v *c
 EOM_DEFINE_SINCOS_VECTOR(f64v)
 EOM_DEFINE_SINCOS_VECTOR(f32v)
 
+/* The same as a call, for code in which compile time counts more. */
+#define EOM_DEFINE_SINCOS_CALL(T)                                                                                     \
+    EOM_CALL void eom_sincos_call_##T(eom_##T x, eom_##T *sine, eom_##T *cosine) { eom_sincos_##T(x, sine, cosine); }
+
+EOM_DEFINE_SINCOS_CALL(f64)
+EOM_DEFINE_SINCOS_CALL(f32)
+EOM_DEFINE_SINCOS_CALL(f80)
+EOM_DEFINE_SINCOS_CALL(f64v)
+EOM_DEFINE_SINCOS_CALL(f32v)
+
 
 /* ---- 6. Pivot ----------------------------------------------------------------------------------------------------
  *
@@ -567,19 +578,20 @@ EOM_DEFINE_FUNCTION(log, log, logf, logl)
 #define eom_set EOM_JOIN(eom_set_, EOM_REAL)
 #define eom_fma EOM_JOIN(eom_fma_, EOM_REAL)
 #define eom_sincos EOM_JOIN(eom_sincos_, EOM_REAL)
+#define eom_sincos_call EOM_JOIN(eom_sincos_call_, EOM_REAL)
 #define eom_pivot_inverse EOM_JOIN(eom_pivot_inverse_, EOM_REAL)
 #define eom_sqrt EOM_JOIN(eom_sqrt_, EOM_REAL)
 #define eom_exp EOM_JOIN(eom_exp_, EOM_REAL)
 #define eom_log EOM_JOIN(eom_log_, EOM_REAL)
 
-/* How many values a kernel carries side by side for each of its variables: a recursion along a chain waits for its own
- * results most of the time, and a second, independent stream of states fills the waits. */
-#define EOM_STREAMS EOM_JOIN(EOM_STREAMS_, EOM_REAL)
-#define EOM_STREAMS_f64 1
-#define EOM_STREAMS_f32 1
-#define EOM_STREAMS_f80 1
-#define EOM_STREAMS_f64v 2
-#define EOM_STREAMS_f32v 2
+/* How many values a wide kernel carries side by side for each of its variables: a recursion along a chain waits for
+ * its own results most of the time, and a second, independent stream of states fills the waits. */
+#define EOM_WIDE EOM_JOIN(EOM_WIDE_, EOM_REAL)
+#define EOM_WIDE_f64 1
+#define EOM_WIDE_f32 1
+#define EOM_WIDE_f80 1
+#define EOM_WIDE_f64v 2
+#define EOM_WIDE_f32v 2
 
 #define EOM_LANES EOM_JOIN(EOM_LANES_, EOM_REAL) /* 1 for scalars; may be used in #if */
 #define EOM_LANES_f64 1

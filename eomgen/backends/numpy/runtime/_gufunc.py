@@ -13,22 +13,24 @@ class Function:
     Args:
         name: its name.
         doc: its docstring.
-        shapes: core shapes of the arguments; the last argument is p.
+        shapes: core shapes of the arguments.
         result: core shape of the result.
         signature: the generalised ufunc's signature.
         constants: maps p (a sequence of numbers or arrays) to what depends on p only; None if nothing does.
+        parameters: whether the last argument is p.
         kernel: maps the arguments' elements, p and the constants to the elements of the result.
         block: states per evaluation.
         dtypes: names of the types it is offered for.
     """
 
-    def __init__(self, name, doc, shapes, result, signature, constants, kernel, block, dtypes):
+    def __init__(self, name, doc, shapes, result, signature, constants, parameters, kernel, block, dtypes):
         self.__name__ = self.__qualname__ = name
         self.__doc__ = doc
         self.signature = signature
         self.nin, self.nout, self.nargs = len(shapes), 1, len(shapes) + 1
         self._shapes, self._result = shapes, result
         self._constants, self._kernel, self._block = constants, kernel, block
+        self._parameters = parameters
         self._dtypes = [numpy.dtype(dtype) for dtype in dtypes]
 
     def __repr__(self):
@@ -121,7 +123,7 @@ class Function:
                 flat.append((numpy.broadcast_to(own, (*batch, *own.shape[len(leading) :])), None))
         states = int(numpy.prod(batch, dtype=numpy.intp))
         size = int(numpy.prod(self._result, dtype=numpy.intp))
-        shared = flat[-1][1]
+        shared = flat[-1][1] if self._parameters else ()
         constants = self._constants(shared) if self._constants and shared is not None else ()
         for first in range(0, states, self._block):
             last = min(first + self._block, states)
