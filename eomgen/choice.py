@@ -15,6 +15,7 @@ from eomgen.ir.program import Program
 SOLVERS = ("auto", "dense", "articulated")
 LOOPED_FROM = 24  # links; below, straight-line code is faster to run and not much slower to compile
 DENSE_COORDINATES = 16  # beyond, the dense elimination always has more operations and is not built to be counted
+MOST_STRAIGHT_LINKS = 60  # for functions that have no loops: their text grows like n³
 MOST_DENSE_LINKS = 300  # a method that writes every pair of links down
 
 
@@ -49,15 +50,21 @@ def programs(equations: Equations, names: Sequence[str], looped: bool | None, so
     if looped or (looped is None and walking and m >= LOOPED_FROM):
         if solver == "dense":
             raise OptionError("the dense solver cannot be written as loops; use solver 'articulated' or loops=False")
-        for name in names:
-            if name not in loops.LOOPED:
-                allowed = ", ".join(loops.LOOPED)
-                raise UnsupportedError(
-                    f"{name} cannot be written as loops over links, which {m} links use; allowed: {allowed}; "
-                    "or use loops=False"
-                )
-        return [loops.program(equations.mechanism, name) for name in names]
+        return [_looped(equations, name, looped) for name in names]
     return [functions.program(_solved(equations, name, solver), name) for name in names]
+
+
+def _looped(equations: MechanismEquations, name: str, asked: bool | None) -> Program:
+    """A function as loops; one that has no such form is written out if loops were not asked for and it is short."""
+    if name in loops.LOOPED:
+        return loops.program(equations.mechanism, name)
+    m = len(equations.mechanism.links)
+    if asked or m > MOST_STRAIGHT_LINKS:
+        raise UnsupportedError(
+            f"{name} cannot be written as loops over links; allowed for {m} links: {', '.join(loops.LOOPED)} "
+            f"(straight-line code up to {MOST_STRAIGHT_LINKS} links)"
+        )
+    return functions.program(equations, name)
 
 
 def _solved(equations: MechanismEquations, name: str, solver: str) -> MechanismEquations:

@@ -17,7 +17,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from eomgen import backends, choice, frontends, functions, passes, regularity
+from eomgen import backends, choice, frontends, functions, passes, regularity, sensitivity
 from eomgen.backends import cache
 from eomgen.errors import OptionError, UnsupportedError, one_line, unknown
 from eomgen.frontends.mechanism import Mechanism, MechanismEquations
@@ -155,6 +155,20 @@ def compile(
     return module
 
 
+def on_request(module: ModuleType, name: str) -> Any:
+    """A function (or a fact that belongs to one) that a compiled module does not have yet, compiled now.
+
+    Args:
+        module: a module of a scene.
+        name: "jacobian", "parameter_jacobian", "regressor", or "b" and "b_names" of the regressor.
+    """
+    function = "regressor" if name in ("b", "b_names") else name
+    scene = Scene.from_dict(module.scene)
+    fold, dtypes = not len(module.p), module.info["dtypes"]
+    built = compile(scene, module.method, module.backend, None, fold, dtypes, [function])
+    return getattr(built, name)
+
+
 def describe(equations: Equations, built: tuple[Program, ...], dtypes: tuple[str, ...], facts: dict[str, Any]) -> Model:
     """Everything a back end writes down, the same for the same scene and options."""
     symbols = equations.symbols
@@ -166,8 +180,13 @@ def describe(equations: Equations, built: tuple[Program, ...], dtypes: tuple[str
         names = {f"{kind}_names": tuple(node.name for node in getattr(symbols, kind)) for kind in "qvu"}
         names["w_names"] = ()
     names["p_names"] = tuple(node.name for node in symbols.p)
+    facts_of_b: dict[str, Any] = {}
+    if any(program.name == "regressor" for program in built):
+        linear = sensitivity.regressor(equations)
+        facts_of_b = {"b_names": tuple(linear.names), "b": tuple(linear.values)}
     info = {
         "eomgen": __version__,
+        "dtypes": dtypes,
         "operations": {
             program.name: {rate: dict(sorted(kinds.items())) for rate, kinds in program_operations(program).items()}
             for program in built
@@ -180,7 +199,7 @@ def describe(equations: Equations, built: tuple[Program, ...], dtypes: tuple[str
         programs=built,
         names=names,
         p=symbols.p_values,
-        facts={"scene": scene.to_dict() if scene else {}, "method": equations.method, "info": info},
+        facts={"scene": scene.to_dict() if scene else {}, "method": equations.method, "info": info, **facts_of_b},
         dtypes=dtypes,
     )
 

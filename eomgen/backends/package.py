@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import pprint
+from pathlib import Path
 
+from eomgen.ir.program import Program, dimensions
 from eomgen.model import Model
+
+ON_REQUEST = ("jacobian", "parameter_jacobian", "regressor", "b", "b_names")
+ROLLOUT = Path(__file__).parent / "_rollout.py"
 
 INIT = '''\
 """{title}
@@ -18,8 +23,9 @@ import types
 
 import numpy
 
+from . import {kernel}
 from .{kernel} import {functions}
-
+{rollout}
 __all__ = [{all}]
 
 q_names = {q_names}
@@ -32,6 +38,21 @@ p.flags.writeable = False
 
 backend = {backend!r}
 {facts}
+
+def __getattr__(name):
+    """Functions that are built when they are first asked for; this needs eomgen."""
+    if name not in {on_request!r}:
+        raise AttributeError(f"module {{__name__!r}} has no attribute {{name!r}}")
+    try:
+        from eomgen.pipeline import on_request
+    except ImportError:
+        raise AttributeError(
+            f"{{name}} was not built into {{__name__!r}} and eomgen is not installed to build it; "
+            f"compile with functions=[..., {{name!r}}]"
+        ) from None
+    globals()[name] = value = on_request(sys.modules[__name__], name)
+    return value
+
 
 class _Model(types.ModuleType):
     """A module that pickles by reference."""
@@ -47,15 +68,24 @@ sys.modules[__name__].__class__ = _Model
 def init_source(model: Model, backend: str, kernel: str) -> str:
     """`__init__.py` of the package; it needs NumPy only."""
     functions = [program.name for program in model.programs]
+    exported = [*functions]
+    rollout = ""
+    if "forward_dynamics" in functions:
+        exported.append("rollout")
+        rollout = f"from ._rollout import Rollout\n\nrollout = Rollout({kernel})\nrollout.__module__ = __name__\n"
     facts = "".join(
         f"{name} = {pprint.pformat(value, width=110, sort_dicts=False)}\n" for name, value in model.facts.items()
     )
+    present = {*functions, *model.names, *model.facts}
+    on_request = tuple(name for name in ON_REQUEST if name not in present) if model.facts["scene"] else ()
     return INIT.format(
+        on_request=on_request,
         title=model.title,
         legend=legend(model, ""),
         kernel=kernel,
         functions=", ".join(functions),
-        all=", ".join(repr(name) for name in (*functions, "p", *model.names)),
+        rollout=rollout,
+        all=", ".join(repr(name) for name in (*exported, "p", *model.names)),
         p=[float(value) for value in model.p],
         backend=backend,
         facts=facts,
@@ -73,3 +103,18 @@ def legend(model: Model, prefix: str) -> str:
     for name, labels in sorted(seen.items(), key=lambda item: "qvauwp".index(item[0])):
         lines += [f"{name}[{i}]  {symbol}" for i, symbol in enumerate(labels)]
     return "\n".join(f"{prefix}{line}".rstrip() for line in lines)
+
+
+def package_files() -> dict[str, str]:
+    """The Python files that are the same in every package."""
+    return {"_rollout.py": ROLLOUT.read_text(encoding="utf-8")}
+
+
+def rollout_signature(forward: Program) -> str:
+    """The signature of the ufuncs that integrate forward dynamics: u and w gain the axis of the intervals."""
+    arguments = []
+    for array in forward.inputs:
+        shape = dimensions(array)
+        arguments.append(f"(t,{shape[1:]}" if array.name in "uw" else shape)
+    n = dimensions(forward.output)
+    return f"{','.join(arguments)},(),()->(t,{n[1:]},(t,{n[1:]}"

@@ -9,7 +9,7 @@ from fractions import Fraction
 
 from eomgen.backends.c import template
 from eomgen.backends.c.printer import CPrinter, number
-from eomgen.backends.package import init_source, legend
+from eomgen.backends.package import init_source, legend, package_files, rollout_signature
 from eomgen.ir.expr import Node
 from eomgen.ir.program import Array, Block, Place, Program
 from eomgen.ir.statements import affine, statements
@@ -23,6 +23,7 @@ def emit(model: Model) -> dict[str, str]:
     """The files of the package by name, all but those that are the same for every model."""
     return {
         "__init__.py": init_source(model, "c", "_kernel"),
+        **package_files(),
         f"csrc/{model.name}_kernels.h": kernels(model),
         f"csrc/{model.name}.c": table(model),
         f"csrc/{model.name}.h": header(model),
@@ -213,7 +214,9 @@ def _entry(program: Program, model: Model) -> str:
         first = f"EOM_CAST({program.name}_constants_{scalar})" if program.constants else "0"
         lanes = f"EOM_CAST({program.name}_{vector})" if vector else "0"
         built.append(f"{{{first}, EOM_CAST({program.name}_{scalar}), {lanes}}}")
+    rollout = f'"{rollout_signature(program)}"' if program.name == "forward_dynamics" else "0"
     return template.ENTRY.format(
+        rollout=rollout,
         name=program.name,
         signature=program.signature,
         doc=template.DOC.format(

@@ -118,6 +118,7 @@ const double {name}_p[{size}] = {{
 ENTRY = """\
     {{"{name}", "{signature}",
      "{doc}",
+     {rollout},
      {inputs}, {parameters}, {name}_rows, {name}_columns, {constants}, {work}, {wide},
      {kernels}}},"""
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from eomgen.backends.numpy import template
 from eomgen.backends.numpy.printer import NumPyPrinter
-from eomgen.backends.package import init_source
+from eomgen.backends.package import init_source, package_files
 from eomgen.ir.program import Block, Place, Program
 from eomgen.ir.statements import affine, statements
 from eomgen.model import Model
@@ -21,6 +21,7 @@ def emit(model: Model) -> dict[str, str]:
     """The files of the package by name."""
     return {
         "__init__.py": init_source(model, "numpy", "_kernel"),
+        **package_files(),
         "_kernel.py": kernel(model),
         "_gufunc.py": RUNTIME.read_text(encoding="utf-8"),
     }

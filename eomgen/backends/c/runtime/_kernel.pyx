@@ -29,6 +29,7 @@ cdef extern from "eomgen_model.h":
         const char *name
         const char *signature
         const char *doc
+        const char *rollout
         int inputs
         int parameters
         eom_kernels f64, f32, f80
@@ -37,11 +38,18 @@ cdef extern from "eomgen_model.h":
     void eom_loop_f64(char **, const Py_ssize_t *, const Py_ssize_t *, void *)
     void eom_loop_f32(char **, const Py_ssize_t *, const Py_ssize_t *, void *)
     void eom_loop_f80(char **, const Py_ssize_t *, const Py_ssize_t *, void *)
+    void eom_rollout_rk4_f64(char **, const Py_ssize_t *, const Py_ssize_t *, void *)
+    void eom_rollout_rk4_f32(char **, const Py_ssize_t *, const Py_ssize_t *, void *)
+    void eom_rollout_rk4_f80(char **, const Py_ssize_t *, const Py_ssize_t *, void *)
+    void eom_rollout_euler_f64(char **, const Py_ssize_t *, const Py_ssize_t *, void *)
+    void eom_rollout_euler_f32(char **, const Py_ssize_t *, const Py_ssize_t *, void *)
+    void eom_rollout_euler_f80(char **, const Py_ssize_t *, const Py_ssize_t *, void *)
 
 
-cdef object register(const eom_function *f):
+cdef object register(const eom_function *f, const char *name, const char *doc, const char *signature, int nin, int nout,
+                     PyUFuncGenericFunction f32, PyUFuncGenericFunction f64, PyUFuncGenericFunction f80):
     # NumPy keeps these arrays for the life of the ufunc, which is that of the process.
-    cdef int operands = f.inputs + f.parameters + 1, count = 0, i, k
+    cdef int operands = nin + nout, count = 0, i, k
     cdef PyUFuncGenericFunction *loops = <PyUFuncGenericFunction *>malloc(3 * sizeof(PyUFuncGenericFunction))
     cdef void **data = <void **>malloc(3 * sizeof(void *))
     cdef char *types = <char *>malloc(3 * operands)
@@ -49,28 +57,38 @@ cdef object register(const eom_function *f):
     if loops == NULL or data == NULL or types == NULL:
         raise MemoryError
     if f.f32.one != NULL:
-        loops[count] = eom_loop_f32
+        loops[count] = f32
         kind[count] = NPY_FLOAT
         count += 1
     if f.f64.one != NULL:
-        loops[count] = eom_loop_f64
+        loops[count] = f64
         kind[count] = NPY_DOUBLE
         count += 1
     if f.f80.one != NULL:
-        loops[count] = eom_loop_f80
+        loops[count] = f80
         kind[count] = NPY_LONGDOUBLE
         count += 1
     for k in range(count):
         data[k] = <void *>f
         for i in range(operands):
             types[k * operands + i] = kind[k]
-    return PyUFunc_FromFuncAndDataAndSignature(
-        loops, data, types, count, operands - 1, 1, -1, f.name, f.doc, 0, f.signature)
+    return PyUFunc_FromFuncAndDataAndSignature(loops, data, types, count, nin, nout, -1, name, doc, 0, signature)
 
 
 _import_array()
 _import_umath()
-functions = {}
+
+cdef dict functions = {}
+cdef const eom_function *f
 for index in range(eom_function_count):
-    functions[eom_functions[index].name.decode()] = register(&eom_functions[index])
+    f = &eom_functions[index]
+    nin = f.inputs + f.parameters
+    functions[f.name.decode()] = register(
+        f, f.name, f.doc, f.signature, nin, 1, eom_loop_f32, eom_loop_f64, eom_loop_f80)
+    if f.rollout != NULL:
+        functions["rollout_rk4"] = register(
+            f, "rollout_rk4", "", f.rollout, nin + 2, 2, eom_rollout_rk4_f32, eom_rollout_rk4_f64, eom_rollout_rk4_f80)
+        functions["rollout_euler"] = register(
+            f, "rollout_euler", "", f.rollout, nin + 2, 2,
+            eom_rollout_euler_f32, eom_rollout_euler_f64, eom_rollout_euler_f80)
 globals().update(functions)

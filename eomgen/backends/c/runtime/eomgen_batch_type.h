@@ -255,6 +255,128 @@ void FN(eom_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps
     if ((char *)buffer != stack) free(buffer);
 }
 
+/* ---- Rollouts: forward dynamics integrated over intervals of constant u ---- */
+
+static void FN(eom_load_one)(const eom_operand *o, intptr_t state, int count, SCALAR *to, int streams)
+{
+    (void)count, (void)streams;
+    FN(eom_gather)(o, o->base + state * o->step, to, 1);
+}
+
+static void FN(eom_store_one)(const eom_operand *o, intptr_t state, int count, const SCALAR *from, int streams)
+{
+    (void)count, (void)streams;
+    FN(eom_scatter)(o, o->base + state * o->step, from, 1);
+}
+
+#define REAL SCALAR
+#define RN(name) EOM_PASTE(FN(name), _one)
+#define KERNEL FN(eom_one)
+#define WIDTH 1
+#define LOAD FN(eom_load_one)
+#define STORE FN(eom_store_one)
+#include "eomgen_rollout_type.h"
+#undef REAL
+#undef RN
+#undef KERNEL
+#undef WIDTH
+#undef LOAD
+#undef STORE
+#if EOM_WIDTH > 1
+#define REAL VECTOR
+#define RN(name) EOM_PASTE(FN(name), _lanes)
+#define KERNEL FN(eom_lanes)
+#define WIDTH EOM_WIDTH
+#define LOAD FN(eom_load)
+#define STORE FN(eom_store)
+#include "eomgen_rollout_type.h"
+#undef REAL
+#undef RN
+#undef KERNEL
+#undef WIDTH
+#undef LOAD
+#undef STORE
+#endif
+
+/* Arguments: q, v, u (t, nu), w (t, k, 3) if there is one, p, dt, steps per interval; results q, v (t, n). */
+static void FN(eom_rollout)(char **args, const intptr_t *dimensions, const intptr_t *steps, const eom_function *f, int euler)
+{
+    const eom_kernels *kernels = &f->EOM_TYPE;
+    intptr_t states = dimensions[0], intervals = dimensions[2];
+    if (states <= 0 || intervals <= 0) return;
+    int inputs = f->inputs, n = f->rows[0], k = inputs > 3 ? f->rows[3] : 0, operands = inputs + 5;
+    const intptr_t *inner = steps + operands;
+    intptr_t next[EOM_MAX_INPUTS + 2] = {0};
+    eom_operand operand[EOM_MAX_INPUTS] = {{0}}, dt, result[2], *p_operand = &operand[inputs];
+    for (int i = 0; i <= inputs; i++) {
+        if (i == 2 || i == 3) next[i] = *inner++;
+        if (i == inputs) next[i] = 0;
+        if (i == 3 && inputs == 3) inner--; /* p, not w */
+        operand[i] = (eom_operand){args[i], steps[i], *inner++, sizeof(SCALAR), f->rows[i], 1, f->rows[i], 0};
+        if (i == 3 && inputs > 3) {
+            operand[i].column = *inner++;
+            operand[i].columns = 3;
+            operand[i].size *= 3;
+        }
+    }
+    for (int i = 0; i <= inputs; i++) {
+        eom_operand *o = &operand[i];
+        o->dense = (o->columns == 1 || o->column == (intptr_t)sizeof(SCALAR)) &&
+                   (o->rows <= 1 || o->row == (intptr_t)sizeof(SCALAR) * o->columns);
+    }
+    dt = (eom_operand){args[inputs + 1], steps[inputs + 1], 0, 0, 1, 1, 1, 0};
+    intptr_t substeps = (intptr_t) * (SCALAR *)args[inputs + 2];
+    for (int i = 0; i < 2; i++) {
+        next[EOM_MAX_INPUTS + i] = *inner++;
+        result[i] = (eom_operand){args[inputs + 3 + i], steps[inputs + 3 + i], *inner++, sizeof(SCALAR), n, 1, n, 0};
+        result[i].dense = n <= 1 || result[i].row == (intptr_t)sizeof(SCALAR);
+    }
+    int fresh = p_operand->step != 0 && states > 1, streams = f->wide ? EOM_PASTE(EOM_WIDE_, EOM_VECTOR) : 1;
+    int lanes = EOM_WIDTH > 1 && kernels->lanes && !fresh && states > EOM_WIDTH / 2 ? streams * EOM_WIDTH : 1;
+    size_t each = (size_t)8 * n + f->rows[2] + 6 * k + f->work, bytes;
+    bytes = (each * lanes + f->constants + p_operand->size + 64) * sizeof(SCALAR);
+    SCALAR *buffer = aligned_alloc(64, (bytes + 63) / 64 * 64);
+    if (!buffer) abort();
+    SCALAR *c = buffer + each * lanes, *p_copy = c + f->constants;
+    for (intptr_t state = 0; state < states; state += lanes) {
+        if (state == 0 || fresh) {
+            FN(eom_gather)(p_operand, p_operand->base + state * p_operand->step, p_copy, 1);
+            if (kernels->constants) ((FN(eom_constants) *)kernels->constants)(p_copy, c);
+        }
+        int count = states - state < lanes ? (int)(states - state) : lanes;
+#define EOM_LAY_OUT(type, width)                                                                                       \
+    type *at = (type *)buffer;                                                                                         \
+    int m = (width);                                                                                                   \
+    x.f = f, x.p = p_copy, x.c = c, x.n = n, x.k = k, x.streams = m;                                                   \
+    x.q = at, x.v = x.q + n * m, x.stage_q = x.v + n * m, x.stage_v = x.stage_q + n * m;                               \
+    for (int i = 0; i < 4; i++) x.a[i] = x.stage_v + (i + 1) * n * m;                                                  \
+    x.u = x.a[3] + n * m, x.w = x.u + f->rows[2] * m, x.stage_w = x.w + 3 * k * m, x.work = x.stage_w + 3 * k * m
+#if EOM_WIDTH > 1
+        if (lanes > 1) {
+            EOM_PASTE(FN(eom_trajectory), _lanes) x = {.kernel = kernels->lanes};
+            EOM_LAY_OUT(VECTOR, streams);
+            EOM_PASTE(FN(eom_integrate), _lanes)(&x, operand, &dt, result, state, count, intervals, substeps, next, euler);
+            continue;
+        }
+#endif
+        EOM_PASTE(FN(eom_trajectory), _one) x = {.kernel = kernels->one};
+        EOM_LAY_OUT(SCALAR, 1);
+        EOM_PASTE(FN(eom_integrate), _one)(&x, operand, &dt, result, state, count, intervals, substeps, next, euler);
+#undef EOM_LAY_OUT
+    }
+    free(buffer);
+}
+
+void FN(eom_rollout_rk4)(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data)
+{
+    FN(eom_rollout)(args, dimensions, steps, data, 0);
+}
+
+void FN(eom_rollout_euler)(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data)
+{
+    FN(eom_rollout)(args, dimensions, steps, data, 1);
+}
+
 #undef SCALAR
 #undef VECTOR
 #undef FN

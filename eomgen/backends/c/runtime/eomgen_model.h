@@ -27,6 +27,7 @@ typedef struct {
     const char *name;
     const char *signature; /* of the generalised ufunc */
     const char *doc;
+    const char *rollout; /* signature of the ufuncs that integrate it; null unless this is forward dynamics */
     int inputs;         /* arguments before p */
     int parameters;     /* 1 if p follows them */
     const int *rows;    /* first dimension of each operand: the inputs, p if there is one, the result */
@@ -44,5 +45,13 @@ extern const int eom_function_count;
 void eom_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
 void eom_loop_f32(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
 void eom_loop_f80(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
+
+/* The same for rollouts: fixed steps of Runge-Kutta or semi-implicit Euler; data is forward dynamics. */
+void eom_rollout_rk4_f64(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
+void eom_rollout_rk4_f32(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
+void eom_rollout_rk4_f80(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
+void eom_rollout_euler_f64(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
+void eom_rollout_euler_f32(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
+void eom_rollout_euler_f80(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
 
 #endif

@@ -1,0 +1,116 @@
+/* eomgen_rollout_type.h: fixed-step integration of forward dynamics; included once per real type.
+ *
+ * Expects REAL (a scalar or a vector), RN(name) (a name of its own per type), KERNEL (the kernel's type), WIDTH (its
+ * lanes) and the names of eomgen_batch_type.h.
+ */
+
+/* What stays the same along a trajectory. The state, the stages and the inputs are arrays of elements x streams. */
+typedef struct {
+    const eom_function *f;
+    void (*kernel)(void);
+    const SCALAR *p, *c;
+    int n, k, streams; /* coordinates, prescribed lengths */
+    REAL *q, *v, *u, *w, *stage_q, *stage_v, *stage_w, *a[4], *work;
+} RN(eom_trajectory);
+
+/* Accelerations at (q, v), time t after the start of the interval: the prescribed s̈ is constant there. */
+static void RN(eom_stage)(RN(eom_trajectory) * x, const REAL *q, const REAL *v, const REAL *t, int which)
+{
+    const REAL *inputs[EOM_MAX_INPUTS] = {q, v, x->u, x->stage_w};
+    int m = x->streams;
+    for (int i = 0; i < x->k; i++)
+        for (int h = 0; h < m; h++) {
+            const REAL *w = x->w + 3 * i * m + h;
+            REAL *now = x->stage_w + 3 * i * m + h;
+            now[0] = w[0] + t[h] * (w[m] + t[h] * w[2 * m] / 2);
+            now[m] = w[m] + t[h] * w[2 * m];
+            now[2 * m] = w[2 * m];
+        }
+    ((KERNEL *)x->kernel)(inputs, x->p, x->c, x->a[which], x->work);
+}
+
+/* Classical Runge-Kutta of fourth order for q'' = a(q, q'). */
+static void RN(eom_step_rk4)(RN(eom_trajectory) * x, const REAL *dt, const REAL *t)
+{
+    int size = x->n * x->streams, m = x->streams;
+    REAL half[EOM_MAX_STREAMS], end[EOM_MAX_STREAMS];
+    for (int h = 0; h < m; h++) {
+        half[h] = t[h] + dt[h] / 2;
+        end[h] = t[h] + dt[h];
+    }
+    RN(eom_stage)(x, x->q, x->v, t, 0);
+    for (int i = 0; i < size; i++) {
+        x->stage_q[i] = x->q[i] + dt[i % m] / 2 * x->v[i];
+        x->stage_v[i] = x->v[i] + dt[i % m] / 2 * x->a[0][i];
+    }
+    RN(eom_stage)(x, x->stage_q, x->stage_v, half, 1);
+    for (int i = 0; i < size; i++) {
+        x->stage_q[i] = x->q[i] + dt[i % m] / 2 * (x->v[i] + dt[i % m] / 2 * x->a[0][i]);
+        x->stage_v[i] = x->v[i] + dt[i % m] / 2 * x->a[1][i];
+    }
+    RN(eom_stage)(x, x->stage_q, x->stage_v, half, 2);
+    for (int i = 0; i < size; i++) {
+        x->stage_q[i] = x->q[i] + dt[i % m] * (x->v[i] + dt[i % m] / 2 * x->a[1][i]);
+        x->stage_v[i] = x->v[i] + dt[i % m] * x->a[2][i];
+    }
+    RN(eom_stage)(x, x->stage_q, x->stage_v, end, 3);
+    for (int i = 0; i < size; i++) {
+        REAL inner = x->a[0][i] + x->a[1][i] + x->a[2][i];
+        x->q[i] = x->q[i] + dt[i % m] * (x->v[i] + dt[i % m] / 6 * inner);
+        x->v[i] = x->v[i] + dt[i % m] / 6 * (inner + x->a[1][i] + x->a[2][i] + x->a[3][i]);
+    }
+}
+
+/* Semi-implicit Euler: the new rates move the coordinates. */
+static void RN(eom_step_euler)(RN(eom_trajectory) * x, const REAL *dt, const REAL *t)
+{
+    int size = x->n * x->streams, m = x->streams;
+    RN(eom_stage)(x, x->q, x->v, t, 0);
+    for (int i = 0; i < size; i++) {
+        x->v[i] = x->v[i] + dt[i % m] * x->a[0][i];
+        x->q[i] = x->q[i] + dt[i % m] * x->v[i];
+    }
+}
+
+/* Integrates `states` trajectories, WIDTH x streams at a time. The operands are those of forward dynamics with u and w
+ * at the first interval; u_step and w_step lead to the next one. */
+static void RN(eom_integrate)(RN(eom_trajectory) * x, const eom_operand *operand, const eom_operand *dt_operand,
+                              const eom_operand *result, intptr_t state, int count, intptr_t intervals, intptr_t substeps,
+                              const intptr_t *next, int euler)
+{
+    REAL dt[EOM_MAX_STREAMS], t[EOM_MAX_STREAMS];
+    REAL *to[] = {x->q, x->v, x->u, x->w};
+    int used = x->k ? 4 : 3, width = WIDTH;
+    for (int h = 0; h < x->streams; h++) {
+        intptr_t first = state + h * width < state + count ? state + h * width : state + count - 1;
+        int left = (int)(state + count - first), lanes = left < width ? left : width;
+        LOAD(&operand[0], first, lanes, to[0] + h, x->streams);
+        LOAD(&operand[1], first, lanes, to[1] + h, x->streams);
+        LOAD(dt_operand, first, lanes, dt + h, 1);
+    }
+    for (intptr_t j = 0; j < intervals; j++) {
+        for (int h = 0; h < x->streams; h++) {
+            intptr_t first = state + h * width < state + count ? state + h * width : state + count - 1;
+            int left = (int)(state + count - first), lanes = left < width ? left : width;
+            for (int i = 2; i < used; i++) {
+                eom_operand now = operand[i];
+                now.base += j * next[i];
+                LOAD(&now, first, lanes, to[i] + h, x->streams);
+            }
+        }
+        for (intptr_t s = 0; s < substeps; s++) {
+            for (int h = 0; h < x->streams; h++) t[h] = (SCALAR)s * dt[h];
+            if (euler)
+                RN(eom_step_euler)(x, dt, t);
+            else
+                RN(eom_step_rk4)(x, dt, t);
+        }
+        for (int h = 0; h < x->streams && h * width < count; h++)
+            for (int i = 0; i < 2; i++) {
+                eom_operand now = result[i];
+                now.base += j * next[EOM_MAX_INPUTS + i];
+                STORE(&now, state + h * width, count - h * width < width ? count - h * width : width, (i ? x->v : x->q) + h,
+                      x->streams);
+            }
+    }
+}
