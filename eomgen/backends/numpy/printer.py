@@ -7,7 +7,7 @@ from eomgen.ir.statements import Text, infix
 
 
 class NumPyPrinter:
-    """The rules of Python with NumPy."""
+    """The rules of Python with an array namespace xp."""
 
     def load(self, array: str, index: str) -> str:
         return f"{array}[{index}]"
@@ -22,13 +22,13 @@ class NumPyPrinter:
     def operation(self, node: Node, args: list[Text]) -> Text:
         depth = 1 + max(arg.depth for arg in args)
         if node.op == "pivot_inverse":
-            return Text(f"pivot_inverse({args[0].text}, {args[1].text})", 3, depth, node)
+            return Text(f"pivot_inverse(xp, {args[0].text}, {args[1].text})", 3, depth, node)
         if node.op in ("sqrt", "exp", "log"):
-            return Text(f"numpy.{node.op}({args[0].text})", 3, depth, node)
+            return Text(f"xp.{node.op}({args[0].text})", 3, depth, node)
         return infix(node, args)
 
     def assign(self, name: str, text: str) -> str:
         return f"{name} = {text}"
 
     def sincos(self, angle: str, sine: str, cosine: str) -> list[str]:
-        return [f"{sine}, {cosine} = numpy.sin({angle}), numpy.cos({angle})"]
+        return [f"{sine}, {cosine} = xp.sin({angle}), xp.cos({angle})"]

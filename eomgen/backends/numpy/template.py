@@ -3,18 +3,17 @@
 HEAD = '''\
 """{title}
 
-The functions take sequences of arrays over states (q[0], q[1], ...) and return a list of such arrays; the
-`Function` objects at the end of each section give them the shapes and the broadcasting of generalised ufuncs.
+The functions take an array namespace xp (numpy, jax.numpy, ...) and sequences of arrays over states (q[0], q[1],
+...) and return a list of such arrays; the `Function` objects give them the shapes and the broadcasting of
+generalised ufuncs.
 """
-
-import numpy
 
 from ._gufunc import Function, pivot_inverse
 
 '''
 
 ROUTINE = """
-def {name}({arguments}):
+def {name}(xp, {arguments}):
 {body}
 """
 

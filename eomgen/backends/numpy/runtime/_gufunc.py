@@ -2,6 +2,9 @@
 
 A call checks the core shapes as NumPy does (and in its words), broadcasts the leading axes, and evaluates the
 function on blocks of states small enough for the cache, so no temporary is larger than a block.
+
+The functions are written against an array namespace, so arrays of another library (JAX, PyTorch, CuPy, or any with
+the Python array API) are computed by that library, in one piece and without NumPy.
 """
 
 import numpy
@@ -41,6 +44,9 @@ class Function:
         return getattr, (_Importer(self.__module__), self.__name__)
 
     def __call__(self, *arguments, out=None):
+        other = _namespace(arguments)
+        if other is not None:
+            return self._call_elsewhere(other, arguments, out)
         if len(arguments) == self.nargs and out is None:
             *arguments, out = arguments
         if len(arguments) != self.nin:
@@ -59,6 +65,21 @@ class Function:
         if result is not out:
             out[...] = result
         return out
+
+    def _call_elsewhere(self, xp, arguments, out):
+        """The same on arrays of another library; a new array is returned."""
+        if len(arguments) != self.nin:
+            raise TypeError(f"{self.__name__}() takes {self.nin} positional arguments but {len(arguments)} were given")
+        if out is not None:
+            raise TypeError("out= is for NumPy arrays")
+        first = next(x for x in arguments if hasattr(x, "dtype") and not isinstance(x, numpy.ndarray))
+        arrays = [x if _namespace([x]) else _like(xp, x, first) for x in arguments]
+        batch = self._batch(arrays)
+        values = [_unstack(array, len(core)) for array, core in zip(arrays, self._shapes, strict=True)]
+        constants = self._constants(xp, values[-1]) if self._constants else ()
+        elements = [_like(xp, x, first) for x in self._kernel(xp, *values, constants)]
+        stacked = xp.stack([xp.broadcast_to(x, batch) for x in elements], -1)
+        return stacked.reshape((*batch, *self._result))
 
     def _dtype(self, arrays):
         """The first offered type that holds all arguments."""
@@ -87,7 +108,7 @@ class Function:
                         f"{self.__name__}: Input operand {position} has a mismatch in its core dimension {axis}, with "
                         f"gufunc signature {self.signature} (size {size} is different from {wanted})"
                     )
-            leading.append(array.shape[:split])
+            leading.append(tuple(array.shape[:split]))
         return numpy.broadcast_shapes(*leading)
 
     def _output(self, out, batch, dtype):
@@ -124,13 +145,13 @@ class Function:
         states = int(numpy.prod(batch, dtype=numpy.intp))
         size = int(numpy.prod(self._result, dtype=numpy.intp))
         shared = flat[-1][1] if self._parameters else ()
-        constants = self._constants(shared) if self._constants and shared is not None else ()
+        constants = self._constants(numpy, shared) if self._constants and shared is not None else ()
         for first in range(0, states, self._block):
             last = min(first + self._block, states)
             where = numpy.unravel_index(numpy.arange(first, last), batch) if len(batch) != 1 else slice(first, last)
             values = [_elements(array[where]) if one is None else one for array, one in flat]
-            known = self._constants(values[-1]) if self._constants and shared is None else constants
-            elements = self._kernel(*values, known)
+            known = self._constants(numpy, values[-1]) if self._constants and shared is None else constants
+            elements = self._kernel(numpy, *values, known)
             block = numpy.empty((last - first, size), dtype)
             for position, element in enumerate(elements):
                 block[:, position] = element
@@ -154,8 +175,39 @@ def _elements(block):
     return numpy.ascontiguousarray(block.reshape(len(block), -1).T)
 
 
-def pivot_inverse(pivot, reference):
+def _namespace(arrays):
+    """The library of the arrays if it is not NumPy: by the array API, or PyTorch."""
+    for array in arrays:
+        if isinstance(array, (numpy.ndarray, numpy.generic)):
+            continue
+        if type(array).__module__.partition(".")[0] == "torch":
+            import torch
+
+            return torch
+        if hasattr(array, "__array_namespace__"):
+            return array.__array_namespace__()
+    return None
+
+
+def _like(xp, value, example):
+    """A number or array as an array of the example's kind."""
+    if _namespace([value]) is not None:
+        return value
+    known = {"device": example.device} if xp.__name__ == "torch" else {}
+    return xp.asarray(value, dtype=example.dtype, **known)
+
+
+def _unstack(array, axes):
+    """The elements of the last `axes` axes, the last running fastest."""
+    shape = tuple(array.shape)
+    flat = array.reshape((*shape[: len(shape) - axes], -1))
+    return [flat[..., i] for i in range(flat.shape[-1])]
+
+
+def pivot_inverse(xp, pivot, reference):
     """1/pivot where it is safely positive beside the reference (above 16 eps), elsewhere NaN and an invalid flag."""
-    eps = numpy.finfo(numpy.result_type(pivot, 0.0)).eps
-    safe = numpy.greater(pivot, 16 * eps * reference)
-    return numpy.divide(numpy.where(safe, 1, 0), numpy.where(safe, pivot, 0), dtype=numpy.result_type(pivot, 0.0))
+    if isinstance(pivot, (float, numpy.generic)):
+        pivot = numpy.asarray(pivot)
+    safe = pivot > 16 * float(xp.finfo(pivot.dtype).eps) * reference
+    one = xp.ones_like(pivot)
+    return xp.where(safe, one, 0 * one) / xp.where(safe, pivot, 0 * one)
