@@ -111,9 +111,10 @@ def energies(mechanism: Mechanism) -> tuple[Node, Node, Node, Node]:
     for link, parent in zip(links, mechanism.parents, strict=True):
         x, y = ends[parent] if parent >= 0 else (graph.zero, graph.zero)
         ends.append((x + link.L * link.cos, y + link.L * link.sin))
+        along, up = link.length * link.cos, link.length * link.sin
         for body in link.bodies:
-            r = link.reach(body.alpha, body.beta)
-            positions += [x + r * link.cos, y + r * link.sin]
+            positions.append(x + (body.alpha * link.cos + body.beta * along))
+            positions.append(y + (body.alpha * link.sin + body.beta * up))
             masses.append(graph.node(body.mass))
             gravity = gravity + body.mass * positions[-1]
             kinetic = kinetic + body.inertia * (link.rate * link.rate)
