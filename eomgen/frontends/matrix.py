@@ -9,7 +9,7 @@ and P = S + L D, P' = S' + L' D.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 
 from eomgen.frontends.mechanism import Mechanism, MechanismEquations
@@ -217,9 +217,9 @@ class MatrixEquations(MechanismEquations):
 
 
 class _Letters(Mapping[str, "Matrix | Vector"]):
-    """The matrices by the paper's letters, each built when it is read; L is Λ."""
+    """The matrices by the paper's letters, each built when it is read."""
 
-    NAMES = {letter: letter for letter in "ABCDEGHK"} | {"L": "Lambda", "Λ": "Lambda"}
+    NAMES = {letter: letter for letter in "ABCDEGHK"} | {"Λ": "Lambda"}
 
     def __init__(self, equations: MatrixEquations) -> None:
         self._equations = equations
@@ -228,11 +228,11 @@ class _Letters(Mapping[str, "Matrix | Vector"]):
         rows = getattr(self._equations, self.NAMES[letter])
         return tuple(tuple(row) if isinstance(row, list) else row for row in rows)
 
-    def __iter__(self):  # type: ignore[no-untyped-def]
-        return iter("ABCDEGHKΛ")
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.NAMES)
 
     def __len__(self) -> int:
-        return 9
+        return len(self.NAMES)
 
 
 def dot(a: Sequence[Node], b: Sequence[Node]) -> Node:

@@ -123,6 +123,15 @@ class Equations:
         return {}
 
     def __getitem__(self, letter: str) -> Matrix | Vector:
+        """The matrix of this letter; "L" is the paper's letter for Λ.
+
+        Raises:
+            KeyError: the method has no such matrix.
+        """
+        letter = "Λ" if letter == "L" else letter
+        if letter not in self.matrices:
+            allowed = ", ".join(self.matrices) or "none"
+            raise KeyError(f"method {self.method!r} has no matrix {letter!r}; it has {allowed}")
         return self.matrices[letter]
 
     def generalised_force(self, u: Sequence[Node]) -> Vector:
