@@ -258,7 +258,7 @@ def verify(options: argparse.Namespace) -> int:
     print(report.verification(result))
     if not result.passed:
         raise CheckError(
-            f"{result.failures} of {result.checks} checks failed for scene {result.scene!r}; see the table above"
+            f"{result.failures} of {result.checks} checks failed for scene {result.scene!r}: {result.summary}"
         )
     return 0
 

@@ -3,6 +3,10 @@
 A module of the cache has the same name in every process, so its functions pickle by reference.
 """
 
-from eomgen.backends.cache import folder
+from eomgen.backends import cache
+from eomgen.errors import BuildError
 
-__path__ = [str(folder() / "models")]
+try:
+    __path__ = [str(cache.folder() / "models")]
+except BuildError:
+    __path__ = []

@@ -28,6 +28,8 @@ from eomgen.model import Model
 from eomgen.scene import Scene
 from eomgen.version import __version__
 
+LONGEST_NAME = 100
+_LOADED: dict[Path, int] = {}  # packages outside the cache, and how often they were loaded again
 DTYPES = ("float64", "float32", "longdouble")
 
 
@@ -133,10 +135,11 @@ def compile(
     place = _check_out(out, force)
     with watch.stage("derive"):
         equations = scene if isinstance(scene, Equations) else derive(scene, method, fold)
-        regularity.check(equations)
         built = programs(equations, functions, loops, solver)
+        regularity.check(equations)
     with watch.stage("emit"):
-        model = describe(equations, built, kinds, target.facts(portable))
+        options = {"loops": loops, "solver": solver, "portable": portable}
+        model = describe(equations, built, kinds, {**target.facts(portable), "options": options})
         files = target.emit(model)
     key = cache.digest([__version__, backend, *files, *files.values(), *target.environment(portable)])
     name = f"{model.name}_{key}"
@@ -164,8 +167,8 @@ def on_request(module: ModuleType, name: str) -> Any:
     """
     function = "regressor" if name in ("b", "b_names") else name
     scene = Scene.from_dict(module.scene)
-    fold, dtypes = not len(module.p), module.info["dtypes"]
-    built = compile(scene, module.method, module.backend, None, fold, dtypes, [function])
+    fold, dtypes, options = not len(module.p), module.info["dtypes"], module.info["options"]
+    built = compile(scene, module.method, module.backend, None, fold, dtypes, [function], **options)
     return getattr(built, name)
 
 
@@ -174,6 +177,8 @@ def describe(equations: Equations, built: tuple[Program, ...], dtypes: tuple[str
     symbols = equations.symbols
     scene: Scene | None = equations.mechanism.scene if isinstance(equations, MechanismEquations) else None
     name = scene.name if scene else "system"
+    if name.startswith("eomgen_"):  # the names of the runtime's files
+        name = f"scene_{name}"
     if scene:
         names = {f"{kind}_names": getattr(scene, f"{kind}_names") for kind in "qvuw"}
     else:
@@ -218,12 +223,18 @@ def _check_out(out: str | os.PathLike[str] | None, force: bool) -> Path | None:
     """The absolute output folder, checked before any work is done."""
     if out is None:
         return None
-    path = Path(out).expanduser().absolute()
+    try:
+        path = Path(out).expanduser().absolute()
+    except RuntimeError:
+        raise OptionError(f"output folder {one_line(str(out), 200)}: there is no such user") from None
     shown = one_line(str(path), 200)
+    if len(path.name) > LONGEST_NAME:
+        raise OptionError(f"output folder {shown}: a name has at most {LONGEST_NAME} characters")
     if not path.name.isidentifier() or keyword.iskeyword(path.name) or not path.name.isascii():
         raise OptionError(
             f"output folder {shown}: {one_line(path.name)!r} is no module name; use letters, digits and underscores"
         )
+    _check_free(path)
     if path.exists():
         if not force:
             raise OptionError(f"output folder {shown} exists; use --force (force=True) to replace it")
@@ -234,6 +245,13 @@ def _check_out(out: str | os.PathLike[str] | None, force: bool) -> Path | None:
     if not os.access(path.parent, os.W_OK):
         raise OptionError(f"output folder {shown}: {one_line(str(path.parent), 200)} cannot be written")
     return path
+
+
+def _check_free(place: Path) -> None:
+    """Refuses a folder whose module could not be imported beside one of the same name."""
+    present = sys.modules.get(place.name)
+    if present is not None and getattr(present, "__file__", None) != str(place / "__init__.py"):
+        raise UnsupportedError(f"a module named {place.name!r} is already imported; write to a folder of another name")
 
 
 def _is_package_of_ours(path: Path) -> bool:
@@ -248,10 +266,16 @@ def _deliver(source: Path, place: Path, force: bool) -> None:
     except OSError as error:
         raise OptionError(f"output folder {one_line(str(place), 200)} cannot be written ({error.strerror})") from None
     try:
-        shutil.copytree(source, private / place.name, ignore=shutil.ignore_patterns("__pycache__"))
-        if force and place.exists():
-            place.rename(private / "replaced")
-        (private / place.name).rename(place)
+        shutil.copytree(source, private / "new", ignore=shutil.ignore_patterns("__pycache__"))
+        replaced = force and place.exists()
+        if replaced:
+            place.rename(private / "old")
+        try:
+            (private / "new").rename(place)
+        except OSError:
+            if replaced:
+                (private / "old").rename(place)
+            raise
     except OSError as error:
         raise OptionError(f"output folder {one_line(str(place), 200)} cannot be written ({error.strerror})") from None
     finally:
@@ -269,13 +293,13 @@ def _import_cached(name: str) -> ModuleType:
 def _import_from(place: Path) -> ModuleType:
     """Imports the package at a path under its folder's name, leaving `sys.path` as it is."""
     name = place.name
-    present = sys.modules.get(name)
-    if present is not None and getattr(present, "__file__", None) != str(place / "__init__.py"):
-        raise UnsupportedError(f"a module named {name!r} is already imported; write to a folder of another name")
+    # The dynamic loader knows a library by its path; another spelling makes it read a replaced one.
+    again = _LOADED[place] = _LOADED.get(place, -1) + 1
+    folder = str(place) + "/." * again
     for loaded in [key for key in sys.modules if key == name or key.startswith(f"{name}.")]:
         del sys.modules[loaded]
     importlib.invalidate_caches()
-    spec = importlib.util.spec_from_file_location(name, place / "__init__.py", submodule_search_locations=[str(place)])
+    spec = importlib.util.spec_from_file_location(name, place / "__init__.py", submodule_search_locations=[folder])
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)

@@ -162,7 +162,7 @@ def verification(result: Verification) -> str:
         for quantity, row in result.identical.items()
     ]
     rows.append(["programs after passes", *("identical" if kept else "DIFFERENT" for kept in result.programs.values())])
-    exact = table(rows, [f"against {methods[0]}, exactly", *methods])
+    exact = table(rows, ["the same function, exactly", *methods])
     columns = sorted({item.backend for item in result.measured})
     names = list(dict.fromkeys(item.function for item in result.measured))
     errors = []

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import sys
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
@@ -85,8 +87,12 @@ def from_sympy(expression: Any, graph: Graph, symbols: Mapping[Any, Node]) -> No
         UnsupportedError: a function is not in the list above.
     """
     sympy = import_sympy()
+    if isinstance(expression, (int, float, Fraction)):
+        expression = sympy.sympify(expression)
+    if not isinstance(expression, sympy.Expr):
+        raise OptionError(f"{shown(expression)} is no SymPy expression; text is not evaluated")
     done: dict[Any, Node] = {}
-    stack: list[tuple[Any, bool]] = [(sympy.sympify(expression), False)]
+    stack: list[tuple[Any, bool]] = [(expression, False)]
     while stack:
         item, ready = stack.pop()
         if item in done:
@@ -105,19 +111,17 @@ def from_sympy(expression: Any, graph: Graph, symbols: Mapping[Any, Node]) -> No
         else:
             stack.append((item, True))
             stack.extend((arg, False) for arg in item.args)
-    return done[sympy.sympify(expression)]
+    return done[expression]
 
 
 def _number(item: Any, sympy: Any) -> Fraction:
-    if item.is_Rational:
-        return Fraction(int(item.p), int(item.q))
-    if item.is_Float:
-        exact = sympy.Rational(item)
-        return Fraction(int(exact.p), int(exact.q))
-    if item.is_NumberSymbol:
-        exact = sympy.Rational(str(item.evalf(60)))
-        return Fraction(int(exact.p), int(exact.q))
-    raise UnsupportedError(f"the number {shown(str(item))} is not finite")
+    """The exact value of a number; of π and the like 60 digits."""
+    if item.is_finite and (item.is_Rational or item.is_Float or item.is_NumberSymbol):
+        exact = sympy.Rational(str(item.evalf(60))) if item.is_NumberSymbol else sympy.Rational(item)
+        value = Fraction(int(exact.p), int(exact.q))
+        if abs(value) <= sys.float_info.max:
+            return value
+    raise UnsupportedError(f"the number {shown(str(item))} is no finite number that a float64 can hold")
 
 
 def _operation(item: Any, args: list[Node], graph: Graph, sympy: Any) -> Node:
@@ -199,11 +203,21 @@ def lagrangian(
         a=tuple(graph.symbol(f"{name}.acceleration") for name in names),
         u=tuple(graph.symbol(f"{name}.force") for name in names),
         p=tuple(p),
-        p_values=tuple(float(value) for value in values.values()),
+        p_values=tuple(_value(name, value) for name, value in zip(parameter_names, values.values(), strict=True)),
     )
     table = dict(zip([*coordinates, *v, *values], [*nodes, *rates, *p], strict=True))
     kinetic, potential, damping = (from_sympy(item, graph, table) for item in (T, V, dissipation))
     return LagrangeEquations(symbols, kinetic, potential, graph.zero, damping)
+
+
+def _value(name: str, value: Any) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise OptionError(f"parameter {name}: {shown(value)} is no finite number; give one in `parameters`")
+    return number
 
 
 def _name(item: Any) -> str:

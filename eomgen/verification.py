@@ -49,7 +49,7 @@ class Verification:
 
     Attributes:
         scene: name of the scene.
-        identical: quantity -> method -> whether it is the reference method's function.
+        identical: quantity -> method -> whether it is the function that most methods give.
         programs: method -> whether the passes kept every function.
         measured: errors of the compiled modules.
     """
@@ -76,6 +76,14 @@ class Verification:
     def passed(self) -> bool:
         return not self.failures
 
+    @property
+    def summary(self) -> str:
+        """The failed checks in one line."""
+        wrong = [f"{q} of {m}" for q, row in self.identical.items() for m, same in row.items() if not same]
+        wrong += [f"passes of {method}" for method, kept in self.programs.items() if not kept]
+        wrong += [f"{m.function} of {m.method}/{m.backend}" for m in self.measured if not m.passed]
+        return ", ".join(wrong[:6]) + (", ..." if len(wrong) > 6 else "")
+
 
 def verify(
     scene: Scene,
@@ -93,21 +101,22 @@ def verify(
     """
     tell = progress or (lambda text: None)
     result = Verification(scene.name)
-    reference: dict[str, list[list[int]]] = {}
+    found: dict[str, dict[str, list[list[int]]]] = {}
     for method in frontends.METHODS:
         tell(f"identity of {method}")
         equations = frontends.derive(Mechanism(scene), method)
         solver = "articulated" if method == "articulated" else "dense"
-        found = _fingerprints(equations)
-        reference = reference or found
-        for quantity, values in found.items():
-            result.identical.setdefault(quantity, {})[method] = values == reference[quantity]
+        found[method] = _fingerprints(equations)
         built = pipeline.programs(equations, loops=False, solver=solver)
-        result.programs[method] = all(_kept(program, found[program.name]) for program in built)
-        for backend in backends or ("c", "numpy"):
+        result.programs[method] = all(_kept(program, found[method][program.name]) for program in built)
+        for backend in dict.fromkeys(backends or ("c", "numpy")):
             tell(f"errors of {method}, {backend}")
             module = pipeline.compile(equations, backend=backend, loops=False, solver=solver)
             result.measured += _errors(equations, module, method, backend, states)
+    for quantity in found["matrix"]:
+        values = [found[method][quantity] for method in found]
+        common = max(values, key=values.count)
+        result.identical[quantity] = {method: found[method][quantity] == common for method in found}
     return result
 
 

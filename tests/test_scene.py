@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from eomgen.catalog import chain
@@ -220,6 +220,7 @@ def scenes(draw: st.DrawFn) -> Scene:
     return Scene(draw(NAMES), tuple(made), draw(NUMBERS))  # type: ignore[arg-type]
 
 
+@settings(suppress_health_check=[HealthCheck.too_slow])
 @given(scenes())
 def test_round_trips(scene: Scene) -> None:
     for data in (scene.to_dict(), json.loads(json.dumps(scene.to_dict())), tomllib.loads(scene.to_toml())):
@@ -423,9 +424,7 @@ JUNK = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=9), inner, max_size=3),
     max_leaves=6,
 )
-KEYS = st.sampled_from(
-    [*Link.__struct_fields__, "model", "mass", "masses", "fractions", "rod_length", "links"]
-)
+KEYS = st.sampled_from([*Link.__struct_fields__, "model", "mass", "masses", "fractions", "rod_length", "links"])
 
 
 @given(
@@ -433,9 +432,7 @@ KEYS = st.sampled_from(
     st.dictionaries(KEYS, JUNK, max_size=2),
     st.dictionaries(st.sampled_from(["name", "gravity", "links", "x"]), JUNK, max_size=1),
 )
-def test_junk_gives_a_scene_or_one_line(
-    model: str, in_link: dict[str, Any], in_scene: dict[str, Any]
-) -> None:
+def test_junk_gives_a_scene_or_one_line(model: str, in_link: dict[str, Any], in_scene: dict[str, Any]) -> None:
     data = a_scene({**a_link(model), **in_link}, **in_scene)
     try:
         assert Scene.from_dict(data).parameters is not None

@@ -294,7 +294,7 @@ def test_flags(builds):
             assert (raised[-32:] == 1).all()
 
 
-@pytest.mark.parametrize("kind", (*TYPES, "f80"))
+@pytest.mark.parametrize("kind", [*TYPES, "f80"])
 def test_pivot_inverse(builds, kind):
     if kind == "f80":
         epsilon = float(np.finfo(np.longdouble).eps)

@@ -17,12 +17,21 @@ from eomgen.errors import BuildError, one_line
 
 
 def folder() -> Path:
-    """The cache's folder: $EOMGEN_CACHE, or eomgen in the user's cache folder."""
-    chosen = os.environ.get("EOMGEN_CACHE")
-    if chosen:
-        return Path(chosen).expanduser().absolute()
-    base = os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache").absolute() / "eomgen"
+    """The cache's folder: $EOMGEN_CACHE, or eomgen in the user's cache folder.
+
+    Raises:
+        BuildError: it is in the home folder of a user who has none.
+    """
+    chosen, base = os.environ.get("EOMGEN_CACHE"), os.environ.get("XDG_CACHE_HOME")
+    try:
+        if chosen:
+            return Path(chosen).expanduser().absolute()
+        return (Path(base) if base else Path.home() / ".cache").absolute() / "eomgen"
+    except RuntimeError:
+        raise BuildError(
+            f"the cache {one_line(chosen or '~/.cache', 200)} has no home folder; "
+            "set EOMGEN_CACHE to a folder that can be written"
+        ) from None
 
 
 def digest(parts: Iterable[str]) -> str:

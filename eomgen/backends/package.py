@@ -77,7 +77,11 @@ def init_source(model: Model, backend: str, kernel: str) -> str:
         f"{name} = {pprint.pformat(value, width=110, sort_dicts=False)}\n" for name, value in model.facts.items()
     )
     present = {*functions, *model.names, *model.facts}
-    on_request = tuple(name for name in ON_REQUEST if name not in present) if model.facts["scene"] else ()
+    on_request = tuple(name for name in ON_REQUEST if name not in present)
+    if not model.facts["scene"]:
+        on_request = ()
+    elif not model.p:
+        on_request = tuple(name for name in on_request if name != "parameter_jacobian")
     return INIT.format(
         on_request=on_request,
         title=model.title,
@@ -105,9 +109,11 @@ def legend(model: Model, prefix: str) -> str:
     return "\n".join(f"{prefix}{line}".rstrip() for line in lines)
 
 
-def package_files() -> dict[str, str]:
-    """The Python files that are the same in every package."""
-    return {"_rollout.py": ROLLOUT.read_text(encoding="utf-8")}
+def package_files(model: Model) -> dict[str, str]:
+    """The Python files of a package that do not depend on the model."""
+    if any(program.name == "forward_dynamics" for program in model.programs):
+        return {"_rollout.py": ROLLOUT.read_text(encoding="utf-8")}
+    return {}
 
 
 def rollout_signature(forward: Program) -> str:

@@ -186,7 +186,8 @@ class Graph:
                 return b if a is self.one else a
             if a.value == -1:
                 return self.neg(b)
-        elif b.op == "constant":
+            return self.neg(self.mul(a, b.args[0])) if b.op == "neg" else self._binary("mul", a, b)
+        if b.op == "constant":
             return self.mul(b, a)
         if a.op == "neg":
             return self.neg(self.mul(a.args[0], b))

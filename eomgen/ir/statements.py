@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Protocol
 
 from eomgen.ir.expr import Node
@@ -130,3 +131,14 @@ def affine(start: int, stride: int) -> str:
     if stride > 0:
         return f"{start} + {term}" if start else term
     return f"{start} - {term}"
+
+
+def decimal(value: int | Fraction) -> str:
+    """A literal that reads back to the nearest number of any type: shortest if a double holds it exactly."""
+    nearest = float(value)
+    if Fraction(nearest) == value:
+        return repr(nearest)
+    scale = Fraction(value)
+    exponent = len(str(abs(scale.numerator))) - len(str(scale.denominator))
+    digits = round(scale * Fraction(10) ** (24 - exponent))
+    return f"{digits}e{exponent - 24}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from eomgen.ir.expr import Node
 from eomgen.ir.program import Place, Program
-from eomgen.ir.statements import Text, infix, statements
+from eomgen.ir.statements import Text, affine, infix, statements
 
 
 class PlainPrinter:
@@ -48,7 +48,7 @@ def dump(program: Program) -> str:
             return f"{place.array}[{place.indices[0]}]"
         steps = {b - a for a, b in zip(place.indices, place.indices[1:], strict=False)}
         if len(steps) == 1:
-            return f"{place.array}[{place.indices[0]}{steps.pop():+d} k]"
+            return f"{place.array}[{affine(place.indices[0], steps.pop())}]"
         return f"{place.array}[table of k]"
 
     for block in (*program.constants, *program.blocks):

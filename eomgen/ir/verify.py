@@ -58,16 +58,22 @@ class _Check:
         for node in block.nodes():
             if node not in block.loads:
                 self._node(node, block)
-        for node, place in block.loads.items():
+        for place in (*block.loads.values(), *(store.place for store in block.stores)):
+            assert place.array in self.arrays, f"block {block.title!r} names the unknown array {place.array!r}"
+            assert len(place.indices) == block.count, f"{len(place.indices)} indices of {place.array} for {block.count}"
+        for place in block.loads.values():
             role = self.arrays[place.array].role
             allowed = role in reads or f"{role} {place.array}" in reads
             assert allowed, f"block {block.title!r} may not read {place.array}"
-            assert len(place.indices) == block.count, f"{node}: {len(place.indices)} indices for {block.count}"
         for k in range(block.count):
             for place in block.loads.values():
                 known = place.indices[k] in self.written[place.array]
                 assert known, f"block {block.title!r} reads {place.array}[{place.indices[k]}], which has no value"
+            read = {(place.array, place.indices[k]) for place in block.loads.values()}
             for store in block.stores:
+                assert (store.place.array, store.place.indices[k]) not in read, (
+                    f"block {block.title!r} reads and writes {store.place.array}[{store.place.indices[k]}] at once"
+                )
                 self._store(store, k, writes)
 
     def _node(self, node: Node, block: Block) -> None:

@@ -21,7 +21,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from eomgen.backends import cache
-from eomgen.errors import BuildError
+from eomgen.errors import BuildError, one_line, shown
 
 RUNTIME = Path(__file__).parent / "runtime"
 COMMON = ("-std=gnu11", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden")
@@ -56,14 +56,19 @@ def toolchain(command: str, portable: bool) -> Toolchain:
     Raises:
         BuildError: it does not exist or does not run.
     """
-    words = tuple(shlex.split(command))
+    try:
+        words = tuple(shlex.split(command))
+    except ValueError:
+        words = ()
     advice = "install gcc or clang, set CC to one, or use the NumPy back end (--backend numpy)"
     if not words or shutil.which(words[0]) is None:
-        raise BuildError(f"no C compiler: {command!r} is not on the path; {advice}")
+        raise BuildError(f"no C compiler: {shown(command, 200)} is not on the path; {advice}")
     try:
         done = subprocess.run([*words, "--version"], capture_output=True, text=True, timeout=60, check=True)
     except (OSError, subprocess.SubprocessError) as error:
-        raise BuildError(f"the C compiler {command!r} does not run ({error}); {advice}") from None
+        raise BuildError(
+            f"the C compiler {shown(command, 200)} does not run ({one_line(str(error), 200)}); {advice}"
+        ) from None
     native = "-mcpu=native" if platform.machine() in ("aarch64", "arm64") else "-march=native"
     lines = done.stdout.splitlines()
     return Toolchain(
@@ -171,4 +176,6 @@ def _run(folder: Path, command: list[str]) -> None:
     if code:
         step = "Cython" if "cython" in command else f"the C compiler {command[0]!r}"
         said = next((line for line in log.read_text().splitlines() if "error" in line.lower()), "")
-        raise BuildError(f"{step} failed with exit code {code}{': ' + said if said else ''}; log: {log}")
+        raise BuildError(
+            f"{step} failed with exit code {code}{': ' + one_line(said.strip(), 300) if said else ''}; log: {log}"
+        )

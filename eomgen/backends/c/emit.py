@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import itertools
+import re
 import textwrap
 from collections.abc import Iterable
 from fractions import Fraction
 
 from eomgen.backends.c import template
-from eomgen.backends.c.printer import CPrinter, number
+from eomgen.backends.c.printer import CPrinter
 from eomgen.backends.package import init_source, legend, package_files, rollout_signature
 from eomgen.ir.expr import Node
 from eomgen.ir.program import Array, Block, Place, Program
-from eomgen.ir.statements import affine, statements
+from eomgen.ir.statements import affine, decimal, statements
 from eomgen.model import Model
 
 WIDE_LIMIT = 2000  # expression nodes
@@ -23,7 +24,7 @@ def emit(model: Model) -> dict[str, str]:
     """The files of the package by name, all but those that are the same for every model."""
     return {
         "__init__.py": init_source(model, "c", "_kernel"),
-        **package_files(),
+        **package_files(model),
         f"csrc/{model.name}_kernels.h": kernels(model),
         f"csrc/{model.name}.c": table(model),
         f"csrc/{model.name}.h": header(model),
@@ -96,7 +97,7 @@ def _pointers(program: Program, constants: bool) -> dict[str, str]:
             kind = "scalar" if constants else "const scalar"
             if array.name != "c":
                 pointers[array.name] = f"{kind} *const {array.name} = c + {offset['constants']};"
-        else:
+        elif not constants:
             pointers[array.name] = f"pack *const {array.name} = work + {offset['work']};"
         offset[array.role] += array.size
     return pointers
@@ -104,7 +105,7 @@ def _pointers(program: Program, constants: bool) -> dict[str, str]:
 
 def _used(pointers: dict[str, str], body: list[str]) -> list[str]:
     text = "\n".join(body)
-    return [line for name, line in pointers.items() if f"{name}[" in text]
+    return [line for name, line in pointers.items() if re.search(rf"\b{name}\[", text)]
 
 
 def _block(program: Program, block: Block) -> list[str]:
@@ -189,7 +190,7 @@ def table(model: Model) -> str:
 
 def number_of(value: float) -> str:
     """A double as a C literal."""
-    return number(Fraction(value))
+    return decimal(Fraction(value))
 
 
 def _operands(program: Program) -> list[Array]:
@@ -275,7 +276,7 @@ def header(model: Model) -> str:
         prototypes += [_prototype(program, model, batch) + ";" for batch in (False, True)]
     return template.HEADER.format(
         title=model.title,
-        guard=f"EOMGEN_{model.name.upper()}_H",
+        guard=f"{model.name.upper()}_EQUATIONS_H",
         name=model.name,
         size=max(1, len(model.p)),
         legend=legend(model, " * "),

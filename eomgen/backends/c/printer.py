@@ -8,10 +8,9 @@ an explicit fused multiply-add, so that no compiler decides about rounding.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from fractions import Fraction
 
 from eomgen.ir.expr import Node
-from eomgen.ir.statements import Text, infix, wrapped
+from eomgen.ir.statements import Text, decimal, infix, wrapped
 
 FUNCTIONS = {"pivot_inverse": "PIVOT_INVERSE", "sqrt": "SQRT", "exp": "EXP", "log": "LOG"}
 
@@ -35,7 +34,7 @@ class CPrinter:
         return f"{name}[h]"
 
     def constant(self, node: Node) -> Text:
-        text = number(node.value)
+        text = decimal(node.value)
         return Text(f"K({text})", 3, 0, node)
 
     def operation(self, node: Node, args: list[Text]) -> Text:
@@ -75,14 +74,3 @@ class CPrinter:
 
     def sincos(self, angle: str, sine: str, cosine: str) -> list[str]:
         return [f"pack {sine}, {cosine}; EACH {self.function}({angle}, &{sine}[h], &{cosine}[h]);"]
-
-
-def number(value: int | Fraction) -> str:
-    """A literal that reads back to the nearest number of any type: shortest if a double holds it exactly."""
-    nearest = float(value)
-    if Fraction(nearest) == value:
-        return repr(nearest)
-    scale = Fraction(value)
-    exponent = len(str(abs(scale.numerator))) - len(str(scale.denominator))
-    digits = round(scale * Fraction(10) ** (24 - exponent))
-    return f"{digits}e{exponent - 24}"

@@ -20,7 +20,7 @@ typedef real pack[EOM_WIDE];
 #endif
 #define EACH _Pragma("GCC unroll 2") for (int h = 0; h < STREAMS; h++)
 #define R(x) ((x) - (real){{0}}) /* a scalar in every lane; a vector as it is */
-#define K(x) ((scalar)(x))
+#define K(x) ((scalar)x##L) /* a literal, read in the widest type */
 #define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
 #define SINCOS(x, s, c) eom_sincos(R(x), s, c)
 #define SINCOS_CALL(x, s, c) eom_sincos_call(R(x), s, c)
@@ -57,7 +57,7 @@ static __attribute__((noinline)) void EOM_NAME({name})({parameters})
 
 COLUMNS_HEAD = """\
 for (int j = 0; j < {n}; j++) {{
-    for (int i = 0; i < {n}; i++) EACH a[i][h] = R(K(i == j));"""
+    for (int i = 0; i < {n}; i++) EACH a[i][h] = R((scalar)(i == j));"""
 
 COLUMNS_TAIL = """\
     for (int i = 0; i < {n}; i++) EACH out[i * {n} + j][h] = column[i][h];

@@ -21,7 +21,7 @@ def emit(model: Model) -> dict[str, str]:
     """The files of the package by name."""
     return {
         "__init__.py": init_source(model, "numpy", "_kernel"),
-        **package_files(),
+        **package_files(model),
         "_kernel.py": kernel(model),
         "_gufunc.py": RUNTIME.read_text(encoding="utf-8"),
     }

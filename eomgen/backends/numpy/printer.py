@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 from eomgen.ir.expr import Node
-from eomgen.ir.statements import Text, infix
+from eomgen.ir.statements import Text, decimal, infix
 
 
 class NumPyPrinter:
@@ -16,8 +18,10 @@ class NumPyPrinter:
         return name
 
     def constant(self, node: Node) -> Text:
-        text = repr(float(node.value))
-        return Text(text, 1 if text.startswith("-") else 3, 0, node)
+        nearest = float(node.value)
+        if Fraction(nearest) == node.value:
+            return Text(repr(nearest), 1 if nearest < 0 else 3, 0, node)
+        return Text(f'number("{decimal(node.value)}")', 3, 0, node)
 
     def operation(self, node: Node, args: list[Text]) -> Text:
         depth = 1 + max(arg.depth for arg in args)

@@ -3,9 +3,9 @@
 HEAD = '''\
 """{title}
 
-The functions take an array namespace xp (numpy, jax.numpy, ...) and sequences of arrays over states (q[0], q[1],
-...) and return a list of such arrays; the `Function` objects give them the shapes and the broadcasting of
-generalised ufuncs.
+The functions take an array namespace xp (numpy, jax.numpy, ...), a type for the numbers that no float64 holds
+exactly, and sequences of arrays over states (q[0], q[1], ...), and return a list of such arrays. The `Function`
+objects give them the shapes and the broadcasting of generalised ufuncs.
 """
 
 from ._gufunc import Function, pivot_inverse
@@ -13,7 +13,7 @@ from ._gufunc import Function, pivot_inverse
 '''
 
 ROUTINE = """
-def {name}(xp, {arguments}):
+def {name}(xp, number, {arguments}):
 {body}
 """
 

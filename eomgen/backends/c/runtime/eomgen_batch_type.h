@@ -123,6 +123,12 @@ static void FN(eom_load_rows)(const SCALAR *first, int n, intptr_t step, VECTOR 
     for (int k = 0; k < n; k++) to[k * streams] = tile[k];
 }
 
+static int FN(eom_has_rows)(const eom_operand *o)
+{
+    return o->dense && (o->size >= EOM_WIDTH || o->step == (intptr_t)(o->size * sizeof(SCALAR))) && o->size > 0 &&
+           o->step % (intptr_t)sizeof(SCALAR) == 0;
+}
+
 static void FN(eom_store_rows)(SCALAR *first, int n, intptr_t step, const VECTOR *from, int streams)
 {
     VECTOR tile[EOM_WIDTH];
@@ -147,11 +153,6 @@ static void FN(eom_store_rows)(SCALAR *first, int n, intptr_t step, const VECTOR
 }
 #endif
 
-static int FN(eom_has_rows)(const eom_operand *o)
-{
-    return o->dense && (o->size >= EOM_WIDTH || o->step == (intptr_t)(o->size * sizeof(SCALAR))) && o->size > 0 &&
-           o->step % (intptr_t)sizeof(SCALAR) == 0;
-}
 
 static void FN(eom_load)(const eom_operand *o, intptr_t state, int count, VECTOR *to, int streams)
 {

@@ -58,7 +58,7 @@ class Function:
         dtype = self._dtype(arrays)
         arrays = [array.astype(dtype, copy=False) for array in arrays]
         batch = self._batch(arrays)
-        result = self._output(out, batch, dtype)
+        result = self._output(out, batch, dtype, arrays)
         self._evaluate(arrays, batch, result, dtype)
         if out is None:
             return result if batch or self._result else result[()]
@@ -76,8 +76,8 @@ class Function:
         arrays = [x if _namespace([x]) else _like(xp, x, first) for x in arguments]
         batch = self._batch(arrays)
         values = [_unstack(array, len(core)) for array, core in zip(arrays, self._shapes, strict=True)]
-        constants = self._constants(xp, values[-1]) if self._constants else ()
-        elements = [_like(xp, x, first) for x in self._kernel(xp, *values, constants)]
+        constants = self._constants(xp, float, values[-1]) if self._constants else ()
+        elements = [_like(xp, x, first) for x in self._kernel(xp, float, *values, constants)]
         stacked = xp.stack([xp.broadcast_to(x, batch) for x in elements], -1)
         return stacked.reshape((*batch, *self._result))
 
@@ -86,10 +86,9 @@ class Function:
         for dtype in self._dtypes:
             if all(numpy.can_cast(array.dtype, dtype) for array in arrays):
                 return dtype
-        types = tuple(array.dtype for array in arrays)
         raise TypeError(
             f"ufunc {self.__name__!r} not supported for the input types, and the inputs could not be safely "
-            f"coerced to any supported types according to the casting rule ''safe'': {types}"
+            f"coerced to any supported types according to the casting rule ''safe''"
         )
 
     def _batch(self, arrays):
@@ -109,25 +108,59 @@ class Function:
                         f"gufunc signature {self.signature} (size {size} is different from {wanted})"
                     )
             leading.append(tuple(array.shape[:split]))
-        return numpy.broadcast_shapes(*leading)
+        return self._broadcast(leading, [tuple(array.shape) for array in arrays], None)
 
-    def _output(self, out, batch, dtype):
+    def _broadcast(self, leading, shapes, out):
+        """The common leading shape, which a result that is given may widen but not narrow."""
+        try:
+            batch = numpy.broadcast_shapes(*leading)
+            if out is not None and numpy.broadcast_shapes(batch, out) != out:
+                raise ValueError
+            return batch if out is None else out
+        except ValueError:
+            core = ",".join(map(str, self._result))
+            pairs = []
+            for shape, lead in zip(shapes, leading if out is None else [*leading, out], strict=True):
+                axes = [
+                    *map(str, lead),
+                    *(["newaxis"] * len(self._result) if len(pairs) < self.nin else core.split(",")),
+                ]
+                text = str(shape).replace(" ", "")
+                pairs.append(f"{text}->({','.join(axes) if lead else ''})")
+            raise ValueError(
+                "operands could not be broadcast together with remapped shapes [original->remapped]: "
+                f"{' '.join(pairs)}  and requested shape ({core})"
+            ) from None
+
+    def _output(self, out, batch, dtype, arrays):
         shape = (*batch, *self._result)
         if out is None:
             return numpy.empty(shape, dtype)
         if not isinstance(out, numpy.ndarray):
             raise TypeError("return arrays must be of ArrayType")
-        if out.shape != shape:
+        if out.ndim < len(self._result):
             raise ValueError(
-                f"{self.__name__}: Output operand 0 has shape {out.shape}, with gufunc signature {self.signature} "
-                f"and these inputs it must have {shape}"
+                f"{self.__name__}: Output operand 0 does not have enough dimensions (has {out.ndim}, gufunc core "
+                f"with signature {self.signature} requires {len(self._result)})"
             )
+        split = out.ndim - len(self._result)
+        for axis, (size, wanted) in enumerate(zip(out.shape[split:], self._result, strict=True)):
+            if size != wanted:
+                raise ValueError(
+                    f"{self.__name__}: Output operand 0 has a mismatch in its core dimension {axis}, with gufunc "
+                    f"signature {self.signature} (size {size} is different from {wanted})"
+                )
+        leading = [array.shape[: array.ndim - len(core)] for array, core in zip(arrays, self._shapes, strict=True)]
+        self._broadcast(leading, [*(tuple(array.shape) for array in arrays), out.shape], out.shape[:split])
         if not numpy.can_cast(dtype, out.dtype, "same_kind"):
-            raise TypeError(f"Cannot cast ufunc {self.__name__!r} output from {dtype!r} to {out.dtype!r}")
+            raise TypeError(
+                f"Cannot cast ufunc {self.__name__!r} output from {dtype!r} to {out.dtype!r} "
+                "with casting rule 'same_kind'"
+            )
         if not out.flags.writeable:
             raise ValueError("output array is read-only")
         # Written at once where that is safe; otherwise through an array of its own.
-        return out if out.dtype == dtype else numpy.empty(shape, dtype)
+        return out if out.dtype == dtype and out.shape == shape else numpy.empty(shape, dtype)
 
     def _evaluate(self, arrays, batch, result, dtype):
         """Fills `result` block by block."""
@@ -145,13 +178,13 @@ class Function:
         states = int(numpy.prod(batch, dtype=numpy.intp))
         size = int(numpy.prod(self._result, dtype=numpy.intp))
         shared = flat[-1][1] if self._parameters else ()
-        constants = self._constants(numpy, shared) if self._constants and shared is not None else ()
+        constants = self._constants(numpy, dtype.type, shared) if self._constants and shared is not None else ()
         for first in range(0, states, self._block):
             last = min(first + self._block, states)
             where = numpy.unravel_index(numpy.arange(first, last), batch) if len(batch) != 1 else slice(first, last)
             values = [_elements(array[where]) if one is None else one for array, one in flat]
-            known = self._constants(numpy, values[-1]) if self._constants and shared is None else constants
-            elements = self._kernel(numpy, *values, known)
+            known = self._constants(numpy, dtype.type, values[-1]) if self._constants and shared is None else constants
+            elements = self._kernel(numpy, dtype.type, *values, known)
             block = numpy.empty((last - first, size), dtype)
             for position, element in enumerate(elements):
                 block[:, position] = element

@@ -1,0 +1,1 @@
+"""The hand-written C that generated code is measured against."""

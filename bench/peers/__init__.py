@@ -1,0 +1,1 @@
+"""What users would pick instead, one script each, on one mechanism: ``python bench/peers/NAME.py --json``."""

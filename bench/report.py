@@ -1,0 +1,276 @@
+"""What every benchmark suite needs around its measurements: the machine, tables, plots, a command line."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.metadata
+import os
+import platform
+import subprocess
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NoReturn
+
+from eomgen import backends
+from eomgen.errors import BuildError, EomgenError, OptionError, UnsupportedError, one_line
+from eomgen.version import __version__
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+class Parser(argparse.ArgumentParser):
+    """Argument errors in the one-line form of all others."""
+
+    def error(self, message: str) -> NoReturn:
+        """Ends the process with the message and exit code 2."""
+        self.exit(2, f"eomgen: error: {one_line(message, 600)}; see {self.prog} --help\n")
+
+
+def command(main: Callable[[], int]) -> int:
+    """Runs a suite and returns its exit code; an error the user can cause is one line."""
+    try:
+        return main()
+    except EomgenError as error:
+        print(f"eomgen: error: {error}", file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        print("eomgen: interrupted", file=sys.stderr)
+        return 130
+
+
+def require(package: str, purpose: str, extra: str) -> None:
+    """Checks that a package is installed.
+
+    Args:
+        package: the module to be found.
+        purpose: what it is needed for.
+        extra: the extra of pyproject.toml that has it.
+
+    Raises:
+        UnsupportedError: it is not.
+    """
+    if find_spec(package) is None:
+        raise UnsupportedError(f"{purpose} needs {package}, which is not installed; run pip install -e .[{extra}]")
+
+
+def progress(text: str) -> None:
+    """Shows a line on standard error at once."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def cell_name(stage: str, path: str, kind: str, links: int) -> str:
+    """The head of a progress line."""
+    return f"{stage:<15}  {path:<18}  {kind:<12}  {links:>4} links  "
+
+
+def machine(packages: Iterable[str]) -> dict[str, Any]:
+    """What a time depends on: processor, system, compiler, versions, commit, date and load."""
+    return {
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "cpu": _processor(),
+        "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
+        "load": round(os.getloadavg()[0], 2),
+        "system": platform.platform(),
+        "python": f"{platform.python_implementation()} {platform.python_version()}",
+        **_compiler(),
+        "commit": _commit(),
+        "packages": {"eomgen": __version__, **{name: _version(name) for name in packages}},
+    }
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()
+
+
+def _compiler() -> dict[str, str]:
+    try:
+        facts = backends.select("c").facts(False)
+    except BuildError as error:
+        return {"compiler": str(error), "flags": ""}
+    return {"compiler": facts["compiler"], "flags": facts["flags"]}
+
+
+def _version(package: str) -> str:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return "not installed"
+
+
+def _commit() -> str:
+    """The checked-out commit, with a mark where sources differ from it (results do not count)."""
+    try:
+        commit = _git("rev-parse", "HEAD")
+        changed = _git("status", "--porcelain", "--", ".", ":!results")
+    except (OSError, subprocess.SubprocessError):
+        return "unknown"
+    return f"{commit} with changes" if changed else commit
+
+
+def _git(*words: str) -> str:
+    done = subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True, check=True, timeout=60)
+    return done.stdout.strip()
+
+
+def describe_machine(facts: Mapping[str, Any]) -> str:
+    """The machine as a Markdown list."""
+    packages = ", ".join(f"{name} {version}" for name, version in facts["packages"].items())
+    return "\n".join(
+        [
+            f"* {facts['cpu']}, {facts['cores']} cores, load {facts['load']} at the start; {facts['system']}",
+            f"* {facts['python']}; {packages}",
+            f"* {facts['compiler']}; flags `{facts['flags']}`",
+            f"* {facts['date']}; commit {facts['commit']}",
+        ]
+    )
+
+
+def seconds(value: float) -> str:
+    """A time to three digits: 213 µs, 4.06 ms, 12.3 s."""
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if value >= 0.9995 * size:
+            return f"{digits(value / size)} {unit}"
+    return f"{value * 1e9:.0f} ns"
+
+
+def _time(value: float) -> str:
+    """A power of ten of seconds: 10 ms."""
+    unit, size = next((u for u in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)) if value >= 0.999 * u[1]), ("ns", 1e-9))
+    return f"{value / size:.0f} {unit}"
+
+
+def digits(value: float) -> str:
+    """A positive number to three digits, without an exponent."""
+    places = 2 if value < 9.995 else 1 if value < 99.95 else 0
+    return f"{value:.{places}f}"
+
+
+def markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A Markdown table; all columns but the first are aligned to the right."""
+    cells = [list(header), *([text.replace("|", "\\|") for text in row] for row in rows)]
+    widths = [max(3, *(len(row[column]) for row in cells)) for column in range(len(header))]
+    lines = [
+        "| "
+        + " | ".join(
+            text.ljust(width) if column == 0 else text.rjust(width)
+            for column, (text, width) in enumerate(zip(row, widths, strict=True))
+        )
+        + " |"
+        for row in cells
+    ]
+    rule = "|" + "|".join("-" * (width + 1) + (":" if column else "-") for column, width in enumerate(widths)) + "|"
+    return "\n".join([lines[0], rule, *lines[1:]])
+
+
+def folder(path: str) -> Path:
+    """The output folder, made if need be.
+
+    Raises:
+        OptionError: it cannot be made or written.
+    """
+    place = Path(path).expanduser().absolute()
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OptionError(f"output folder {one_line(path, 200)} cannot be made ({error.strerror})") from None
+    if not os.access(place, os.W_OK):
+        raise OptionError(f"output folder {one_line(path, 200)} cannot be written")
+    return place
+
+
+def write(path: Path, text: str) -> None:
+    """Writes a file in one step; nobody sees half of it."""
+    private = path.with_name(f".{path.name}.{os.getpid()}")
+    private.write_text(text, encoding="utf-8", newline="\n")
+    private.replace(path)
+
+
+@dataclass(frozen=True)
+class Series:
+    """A curve of a plot.
+
+    Attributes:
+        label: its entry in the legend; series of one label look alike and share the entry.
+        points: (x, y), both positive.
+        color: a Matplotlib colour.
+        marker: a Matplotlib marker.
+        line: a Matplotlib line style, "" for markers alone.
+        heavy: whether the curve stands out.
+    """
+
+    label: str
+    points: Sequence[tuple[float, float]]
+    color: str
+    marker: str
+    line: str = "-"
+    heavy: bool = False
+
+
+def log_log(
+    path: Path, panels: Mapping[str, Sequence[Series]], title: str, x: str, y: str, marks: Mapping[float, str]
+) -> None:
+    """Writes a picture of panels side by side with common axes, both logarithmic, and one legend below.
+
+    Args:
+        path: the file.
+        panels: title -> curves.
+        title: the title of the picture.
+        x, y: what the axes show; the numbers of "time" are seconds and get units.
+        marks: y -> text of horizontal marks.
+    """
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+    from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
+
+    figure, axes = pyplot.subplots(1, len(panels), figsize=(5.2 * len(panels) + 0.8, 7.4), sharey=True, squeeze=False)
+    entries: dict[str, Any] = {}
+    ticks: set[float] = set()
+    for axis, (name, curves) in zip(axes[0], panels.items(), strict=True):
+        for curve in curves:
+            xs, ys = [point[0] for point in curve.points], [point[1] for point in curve.points]
+            ticks.update(xs)
+            (drawn,) = axis.plot(
+                xs,
+                ys,
+                color=curve.color,
+                marker=curve.marker,
+                linestyle=curve.line or "none",
+                linewidth=2.2 if curve.heavy else 1.1,
+                markersize=(6 if curve.line else 9) if curve.heavy else 5,
+                markerfacecolor=curve.color if curve.heavy else "white",
+                zorder=3 if curve.heavy else 2,
+            )
+            entries.setdefault(curve.label, drawn)
+        axis.set(xscale="log", yscale="log", title=name, xlabel=x)
+        axis.grid(True, which="major", color="0.85", linewidth=0.6)
+    shown = [tick for tick in (1, 2, 3, 5, 10, 20, 50, 100, 200, 500, 1000) if tick <= max(ticks, default=1)]
+    for axis in axes[0]:
+        for value, text in marks.items():
+            axis.axhline(value, color="0.4", linewidth=0.8, linestyle=(0, (6, 4)), zorder=1)
+            axis.annotate(text, (0.99, value), (0, 3), xycoords=("axes fraction", "data"), textcoords="offset points",
+                          ha="right", fontsize=8, color="0.35")  # fmt: skip
+        axis.set_xlim(0.85, 1.2 * shown[-1])
+        axis.set_xticks(shown, [str(tick) for tick in shown])
+        axis.xaxis.set_minor_locator(NullLocator())
+        axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}" if y != "time" else _time(value)))
+        axis.yaxis.set_minor_formatter(NullFormatter())
+    axes[0][0].set_ylabel(y)
+    figure.suptitle(title)
+    columns = -(-len(entries) // 3)
+    figure.legend(entries.values(), entries.keys(), loc="lower center", ncols=columns, fontsize=9, frameon=False)
+    figure.tight_layout(rect=(0, 0.115, 1, 1))
+    private = path.with_name(f".{os.getpid()}.{path.name}")
+    figure.savefig(private, dpi=120, metadata={"Software": None})
+    private.replace(path)
+    pyplot.close(figure)

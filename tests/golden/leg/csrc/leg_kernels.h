@@ -1,0 +1,384 @@
+/* leg: equations of motion by the matrix method (eomgen VERSION)
+ *
+ * The equations, as one text for every type: leg.c includes it once for each. `real` is a scalar or a vector of
+ * lanes (a lane is a state), `scalar` its element; FMA, SINCOS, ... are those of eomgen_real.h. Every value is a
+ * `pack` of STREAMS reals that EACH statement computes side by side.
+ *
+ * q[0]  shank.angle (rad)
+ * q[1]  thigh.angle (rad)
+ * q[2]  shank.length (m)
+ * v[0]  shank.angle_rate (rad/s)
+ * v[1]  thigh.angle_rate (rad/s)
+ * v[2]  shank.length_rate (m/s)
+ * a[0]  shank.angle_acceleration (rad/s^2)
+ * a[1]  thigh.angle_acceleration (rad/s^2)
+ * a[2]  shank.length_acceleration (m/s^2)
+ * u[0]  shank.torque (N m)
+ * u[1]  thigh.torque (N m)
+ * u[2]  shank.force (N)
+ * w[0]  thigh.length (m)
+ * w[1]  thigh.length_rate (m/s)
+ * w[2]  thigh.length_acceleration (m/s^2)
+ * p[0]  shank.mass1 (kg)
+ * p[1]  shank.mass2 (kg)
+ * p[2]  shank.mass3 (kg)
+ * p[3]  shank.fraction1 (1)
+ * p[4]  shank.fraction2 (1)
+ * p[5]  shank.fraction3 (1)
+ * p[6]  shank.damping (N s/m)
+ * p[7]  thigh.mass1 (kg)
+ * p[8]  thigh.mass2 (kg)
+ * p[9]  thigh.fraction1 (1)
+ * p[10]  thigh.fraction2 (1)
+ * p[11]  gravity (m/s^2)
+ */
+#define real eom_real
+#define pack EOM_JOIN(EOM_NAME(pack), STREAMS)
+#define STREAMS 1
+typedef real pack[1];
+#undef STREAMS
+#define STREAMS EOM_WIDE
+#if EOM_WIDE > 1
+typedef real pack[EOM_WIDE];
+#endif
+#define EACH _Pragma("GCC unroll 2") for (int h = 0; h < STREAMS; h++)
+#define R(x) ((x) - (real){0}) /* a scalar in every lane; a vector as it is */
+#define K(x) ((scalar)(x))
+#define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
+#define SINCOS(x, s, c) eom_sincos(R(x), s, c)
+#define SINCOS_CALL(x, s, c) eom_sincos_call(R(x), s, c)
+#define PIVOT_INVERSE(pivot, reference) eom_pivot_inverse(R(pivot), R(reference))
+#define SQRT(x) eom_sqrt(R(x))
+#define EXP(x) eom_exp(R(x))
+#define LOG(x) eom_log(R(x))
+
+/* ---- forward_dynamics ----
+ * accelerations a of M a + h = Q(u)
+ * (3),(3),(3),(1,3),(12)->(3)
+ */
+#undef STREAMS
+#define STREAMS EOM_WIDE
+#if EOM_SCALAR_TEXT
+
+static void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *restrict c)
+{
+    pack t0; EACH t0[h] = p[7] * p[9];
+    pack t1; EACH t1[h] = p[8] * p[10];
+    pack t2; EACH t2[h] = p[7] + p[8];
+    pack t3; EACH t3[h] = p[0] * p[3];
+    pack t4; EACH t4[h] = p[1] * p[4];
+    pack t5; EACH t5[h] = p[2] * p[5];
+    pack t6; EACH t6[h] = t3[h] + t4[h] + t5[h];
+    pack t7; EACH t7[h] = FMA(p[5], t5[h], FMA(p[3], t3[h], p[4] * t4[h]));
+    EACH c[0] = t0[h] + t1[h];
+    EACH c[1] = FMA(p[9], t0[h], p[10] * t1[h]);
+    EACH c[2] = t2[h];
+    EACH c[3] = t6[h];
+    EACH c[4] = t7[h];
+    EACH c[5] = t2[h] + t6[h];
+    EACH c[6] = t2[h] + t7[h];
+}
+
+#endif
+
+static void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    const pack *const q = in[0];
+    const pack *const v = in[1];
+    const pack *const u = in[2];
+    const pack *const w = in[3];
+    pack t0; EACH t0[h] = v[1][h] * v[1][h];
+    pack s1, c1; EACH SINCOS(q[1][h], &s1[h], &c1[h]);
+    pack s2, c2; EACH SINCOS(q[0][h], &s2[h], &c2[h]);
+    pack t3; EACH t3[h] = FMA(c1[h], s2[h], -(c2[h] * s1[h]));
+    pack t4; EACH t4[h] = w[0][h] * c[0];
+    pack t5; EACH t5[h] = q[2][h] * t4[h];
+    pack t6; EACH t6[h] = t3[h] * t5[h];
+    pack t7; EACH t7[h] = v[0][h] * v[2][h] * K(2.0);
+    pack t8; EACH t8[h] = q[2][h] * c[4];
+    pack t9; EACH t9[h] = q[2][h] * c[2];
+    pack t10; EACH t10[h] = t8[h] + t9[h];
+    pack t11; EACH t11[h] = K(2.0) * (v[1][h] * w[1][h]);
+    pack t12; EACH t12[h] = FMA(c2[h], c1[h], s2[h] * s1[h]);
+    pack t13; EACH t13[h] = q[2][h] * c[0];
+    pack t14; EACH t14[h] = FMA(p[11], (c2[h] * FMA(q[2][h], c[3], t9[h])), FMA(-w[2][h], (t3[h] * t13[h]), FMA(t0[h], t6[h], FMA(t7[h], t10[h], t11[h] * (t12[h] * t13[h])))));
+    pack t15; EACH t15[h] = t12[h] * t5[h];
+    pack t16; EACH t16[h] = t12[h] * t4[h];
+    pack t17; EACH t17[h] = w[0][h] * c[1];
+    pack t18; EACH t18[h] = v[0][h] * v[0][h];
+    pack t19; EACH t19[h] = u[1][h] - FMA(p[11], (c1[h] * t4[h]), FMA(-t18[h], t6[h], FMA(t7[h], t16[h], t11[h] * t17[h])));
+    pack t20; EACH t20[h] = w[0][h] * t17[h];
+    pack t21; EACH t21[h] = PIVOT_INVERSE(t20[h], t20[h]);
+    pack t22; EACH t22[h] = t19[h] * t21[h];
+    pack t23; EACH t23[h] = t3[h] * t4[h];
+    pack t24; EACH t24[h] = t23[h] * t21[h];
+    pack t25; EACH t25[h] = t15[h] * t24[h];
+    pack t26; EACH t26[h] = FMA(p[6], v[2][h], FMA(p[11], (s2[h] * c[5]), FMA(w[2][h], (t12[h] * c[0]), FMA(t11[h], (t3[h] * c[0]), -FMA(t18[h], t10[h], t0[h] * t16[h])))));
+    pack t27; EACH t27[h] = FMA(-t23[h], t22[h], u[2][h] - t26[h]);
+    pack t28; EACH t28[h] = PIVOT_INVERSE(FMA(-t23[h], t24[h], c[6]), c[6]);
+    pack t29; EACH t29[h] = FMA(q[2][h], t8[h], c[2] * (q[2][h] * q[2][h]));
+    pack t30; EACH t30[h] = PIVOT_INVERSE(FMA(-t25[h], (t25[h] * t28[h]), FMA(-t15[h], (t15[h] * t21[h]), t29[h])), t29[h]);
+    pack t31; EACH t31[h] = FMA(t25[h], (t27[h] * t28[h]), FMA(-t15[h], t22[h], u[0][h] - u[1][h] - t14[h])) * t30[h];
+    pack t32; EACH t32[h] = t28[h] * FMA(t25[h], t31[h], t27[h]);
+    EACH out[0][h] = t31[h];
+    EACH out[1][h] = t21[h] * (t19[h] - FMA(t23[h], t32[h], t15[h] * t31[h]));
+    EACH out[2][h] = t32[h];
+}
+
+/* ---- inverse_dynamics ----
+ * inputs u that give the accelerations a
+ * (3),(3),(3),(1,3),(12)->(3)
+ */
+#undef STREAMS
+#define STREAMS 1
+#if EOM_SCALAR_TEXT
+
+static void EOM_NAME(inverse_dynamics_constants)(const scalar *p, scalar *restrict c)
+{
+    pack t0; EACH t0[h] = p[7] * p[9];
+    pack t1; EACH t1[h] = p[8] * p[10];
+    pack t2; EACH t2[h] = p[7] + p[8];
+    pack t3; EACH t3[h] = p[0] * p[3];
+    pack t4; EACH t4[h] = p[1] * p[4];
+    pack t5; EACH t5[h] = p[2] * p[5];
+    pack t6; EACH t6[h] = t3[h] + t4[h] + t5[h];
+    pack t7; EACH t7[h] = FMA(p[5], t5[h], FMA(p[3], t3[h], p[4] * t4[h]));
+    EACH c[0] = t0[h] + t1[h];
+    EACH c[1] = FMA(p[9], t0[h], p[10] * t1[h]);
+    EACH c[2] = t2[h];
+    EACH c[3] = t6[h];
+    EACH c[4] = t7[h];
+    EACH c[5] = t2[h] + t6[h];
+    EACH c[6] = t2[h] + t7[h];
+}
+
+#endif
+
+static void EOM_NAME(inverse_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    const pack *const q = in[0];
+    const pack *const v = in[1];
+    const pack *const a = in[2];
+    const pack *const w = in[3];
+    pack t0; EACH t0[h] = v[1][h] * v[1][h];
+    pack s1, c1; EACH SINCOS_CALL(q[1][h], &s1[h], &c1[h]);
+    pack s2, c2; EACH SINCOS_CALL(q[0][h], &s2[h], &c2[h]);
+    pack t3; EACH t3[h] = FMA(c1[h], s2[h], -(c2[h] * s1[h]));
+    pack t4; EACH t4[h] = w[0][h] * c[0];
+    pack t5; EACH t5[h] = q[2][h] * t4[h];
+    pack t6; EACH t6[h] = t3[h] * t5[h];
+    pack t7; EACH t7[h] = v[0][h] * v[2][h] * K(2.0);
+    pack t8; EACH t8[h] = q[2][h] * c[4];
+    pack t9; EACH t9[h] = q[2][h] * c[2];
+    pack t10; EACH t10[h] = t8[h] + t9[h];
+    pack t11; EACH t11[h] = K(2.0) * (v[1][h] * w[1][h]);
+    pack t12; EACH t12[h] = FMA(c2[h], c1[h], s2[h] * s1[h]);
+    pack t13; EACH t13[h] = q[2][h] * c[0];
+    pack t14; EACH t14[h] = FMA(p[11], (c2[h] * FMA(q[2][h], c[3], t9[h])), FMA(-w[2][h], (t3[h] * t13[h]), FMA(t0[h], t6[h], FMA(t7[h], t10[h], t11[h] * (t12[h] * t13[h])))));
+    pack t15; EACH t15[h] = t12[h] * t5[h];
+    pack t16; EACH t16[h] = t14[h] + FMA(a[0][h], FMA(q[2][h], t8[h], c[2] * (q[2][h] * q[2][h])), a[1][h] * t15[h]);
+    pack t17; EACH t17[h] = t12[h] * t4[h];
+    pack t18; EACH t18[h] = w[0][h] * c[1];
+    pack t19; EACH t19[h] = v[0][h] * v[0][h];
+    pack t20; EACH t20[h] = t3[h] * t4[h];
+    pack t21; EACH t21[h] = FMA(p[11], (c1[h] * t4[h]), FMA(-t19[h], t6[h], FMA(t7[h], t17[h], t11[h] * t18[h]))) + FMA(a[2][h], t20[h], FMA(a[0][h], t15[h], a[1][h] * (w[0][h] * t18[h])));
+    pack t22; EACH t22[h] = FMA(p[6], v[2][h], FMA(p[11], (s2[h] * c[5]), FMA(w[2][h], (t12[h] * c[0]), FMA(t11[h], (t3[h] * c[0]), -FMA(t19[h], t10[h], t0[h] * t17[h])))));
+    EACH out[0][h] = t16[h] + t21[h];
+    EACH out[1][h] = t21[h];
+    EACH out[2][h] = t22[h] + FMA(a[1][h], t20[h], a[2][h] * c[6]);
+}
+
+/* ---- mass_matrix ----
+ * mass matrix M
+ * (3),(1,3),(12)->(3,3)
+ */
+#undef STREAMS
+#define STREAMS 1
+#if EOM_SCALAR_TEXT
+
+static void EOM_NAME(mass_matrix_constants)(const scalar *p, scalar *restrict c)
+{
+    pack t0; EACH t0[h] = p[7] * p[9];
+    pack t1; EACH t1[h] = p[8] * p[10];
+    pack t2; EACH t2[h] = p[7] + p[8];
+    pack t3; EACH t3[h] = FMA(p[5], (p[2] * p[5]), FMA(p[3], (p[0] * p[3]), p[4] * (p[1] * p[4])));
+    EACH c[0] = t0[h] + t1[h];
+    EACH c[1] = FMA(p[9], t0[h], p[10] * t1[h]);
+    EACH c[2] = t2[h];
+    EACH c[3] = t3[h];
+    EACH c[4] = t2[h] + t3[h];
+}
+
+#endif
+
+static void EOM_NAME(mass_matrix)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    const pack *const q = in[0];
+    const pack *const w = in[1];
+    pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
+    pack s1, c1; EACH SINCOS_CALL(q[1][h], &s1[h], &c1[h]);
+    pack t2; EACH t2[h] = w[0][h] * c[0];
+    pack t3; EACH t3[h] = FMA(c0[h], c1[h], s0[h] * s1[h]) * (q[2][h] * t2[h]);
+    pack t4; EACH t4[h] = FMA(c1[h], s0[h], -(c0[h] * s1[h])) * t2[h];
+    EACH out[0][h] = FMA(q[2][h], (q[2][h] * c[3]), c[2] * (q[2][h] * q[2][h]));
+    EACH out[1][h] = t3[h];
+    EACH out[2][h] = R(K(0.0));
+    EACH out[3][h] = t3[h];
+    EACH out[4][h] = w[0][h] * (w[0][h] * c[1]);
+    EACH out[5][h] = t4[h];
+    EACH out[6][h] = R(K(0.0));
+    EACH out[7][h] = t4[h];
+    EACH out[8][h] = R(c[4]);
+}
+
+/* ---- bias ----
+ * bias h: M a + h = Q(u)
+ * (3),(3),(1,3),(12)->(3)
+ */
+#undef STREAMS
+#define STREAMS 1
+#if EOM_SCALAR_TEXT
+
+static void EOM_NAME(bias_constants)(const scalar *p, scalar *restrict c)
+{
+    pack t0; EACH t0[h] = p[7] * p[9];
+    pack t1; EACH t1[h] = p[8] * p[10];
+    pack t2; EACH t2[h] = p[7] + p[8];
+    pack t3; EACH t3[h] = p[0] * p[3];
+    pack t4; EACH t4[h] = p[1] * p[4];
+    pack t5; EACH t5[h] = p[2] * p[5];
+    pack t6; EACH t6[h] = t3[h] + t4[h] + t5[h];
+    EACH c[0] = t0[h] + t1[h];
+    EACH c[1] = FMA(p[9], t0[h], p[10] * t1[h]);
+    EACH c[2] = t2[h];
+    EACH c[3] = t6[h];
+    EACH c[4] = FMA(p[5], t5[h], FMA(p[3], t3[h], p[4] * t4[h]));
+    EACH c[5] = t2[h] + t6[h];
+}
+
+#endif
+
+static void EOM_NAME(bias)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    const pack *const q = in[0];
+    const pack *const v = in[1];
+    const pack *const w = in[2];
+    pack t0; EACH t0[h] = v[1][h] * v[1][h];
+    pack s1, c1; EACH SINCOS_CALL(q[1][h], &s1[h], &c1[h]);
+    pack s2, c2; EACH SINCOS_CALL(q[0][h], &s2[h], &c2[h]);
+    pack t3; EACH t3[h] = FMA(c1[h], s2[h], -(c2[h] * s1[h]));
+    pack t4; EACH t4[h] = w[0][h] * c[0];
+    pack t5; EACH t5[h] = t3[h] * (q[2][h] * t4[h]);
+    pack t6; EACH t6[h] = v[0][h] * v[2][h] * K(2.0);
+    pack t7; EACH t7[h] = q[2][h] * c[2];
+    pack t8; EACH t8[h] = FMA(q[2][h], c[4], t7[h]);
+    pack t9; EACH t9[h] = K(2.0) * (v[1][h] * w[1][h]);
+    pack t10; EACH t10[h] = FMA(c2[h], c1[h], s2[h] * s1[h]);
+    pack t11; EACH t11[h] = q[2][h] * c[0];
+    pack t12; EACH t12[h] = FMA(p[11], (c2[h] * FMA(q[2][h], c[3], t7[h])), FMA(-w[2][h], (t3[h] * t11[h]), FMA(t0[h], t5[h], FMA(t6[h], t8[h], t9[h] * (t10[h] * t11[h])))));
+    pack t13; EACH t13[h] = t10[h] * t4[h];
+    pack t14; EACH t14[h] = v[0][h] * v[0][h];
+    pack t15; EACH t15[h] = FMA(p[6], v[2][h], FMA(p[11], (s2[h] * c[5]), FMA(w[2][h], (t10[h] * c[0]), FMA(t9[h], (t3[h] * c[0]), -FMA(t14[h], t8[h], t0[h] * t13[h])))));
+    EACH out[0][h] = t12[h];
+    EACH out[1][h] = FMA(p[11], (c1[h] * t4[h]), FMA(-t14[h], t5[h], FMA(t6[h], t13[h], t9[h] * (w[0][h] * c[1]))));
+    EACH out[2][h] = t15[h];
+}
+
+/* ---- energy ----
+ * kinetic and potential energy, J
+ * (3),(3),(1,3),(12)->(2)
+ */
+#undef STREAMS
+#define STREAMS 1
+#if EOM_SCALAR_TEXT
+
+static void EOM_NAME(energy_constants)(const scalar *p, scalar *restrict c)
+{
+    pack t0; EACH t0[h] = p[7] * p[9];
+    pack t1; EACH t1[h] = p[8] * p[10];
+    pack t2; EACH t2[h] = p[7] + p[8];
+    pack t3; EACH t3[h] = p[0] * p[3];
+    pack t4; EACH t4[h] = p[1] * p[4];
+    pack t5; EACH t5[h] = p[2] * p[5];
+    pack t6; EACH t6[h] = FMA(p[5], t5[h], FMA(p[3], t3[h], p[4] * t4[h]));
+    EACH c[0] = t0[h] + t1[h];
+    EACH c[1] = FMA(p[9], t0[h], p[10] * t1[h]);
+    EACH c[2] = t2[h];
+    EACH c[3] = t3[h] + t4[h] + t5[h];
+    EACH c[4] = t6[h];
+    EACH c[5] = t2[h] + t6[h];
+}
+
+#endif
+
+static void EOM_NAME(energy)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    const pack *const q = in[0];
+    const pack *const v = in[1];
+    const pack *const w = in[2];
+    pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
+    pack s1, c1; EACH SINCOS_CALL(q[1][h], &s1[h], &c1[h]);
+    pack t2; EACH t2[h] = FMA(c0[h], c1[h], s0[h] * s1[h]);
+    pack t3; EACH t3[h] = w[0][h] * c[0];
+    pack t4; EACH t4[h] = t2[h] * (q[2][h] * t3[h]);
+    pack t5; EACH t5[h] = FMA(c1[h], s0[h], -(c0[h] * s1[h]));
+    pack t6; EACH t6[h] = FMA(-K(2.0), (w[1][h] * (t5[h] * (q[2][h] * c[0]))), FMA(v[0][h], FMA(q[2][h], (q[2][h] * c[4]), c[2] * (q[2][h] * q[2][h])), v[1][h] * t4[h]));
+    pack t7; EACH t7[h] = t2[h] * c[0];
+    pack t8; EACH t8[h] = v[1][h] * FMA(K(2.0), (v[2][h] * (t5[h] * t3[h])), FMA(v[0][h], t4[h], v[1][h] * (w[0][h] * (w[0][h] * c[1]))));
+    pack t9; EACH t9[h] = FMA(w[1][h], FMA(v[2][h], t7[h], w[1][h] * c[1]), FMA(v[0][h], t6[h], v[2][h] * FMA(v[2][h], c[5], w[1][h] * t7[h])) + t8[h]);
+    EACH out[0][h] = K(0.5) * t9[h];
+    EACH out[1][h] = p[11] * FMA(s0[h], FMA(q[2][h], c[3], q[2][h] * c[2]), s1[h] * t3[h]);
+}
+
+/* ---- prescribed_forces ----
+ * forces along the prescribed lengths, N
+ * (3),(3),(3),(1,3),(12)->(1)
+ */
+#undef STREAMS
+#define STREAMS 1
+#if EOM_SCALAR_TEXT
+
+static void EOM_NAME(prescribed_forces_constants)(const scalar *p, scalar *restrict c)
+{
+    pack t0; EACH t0[h] = p[7] * p[9];
+    pack t1; EACH t1[h] = p[8] * p[10];
+    EACH c[0] = t0[h] + t1[h];
+    EACH c[1] = FMA(p[9], t0[h], p[10] * t1[h]);
+}
+
+#endif
+
+static void EOM_NAME(prescribed_forces)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    const pack *const q = in[0];
+    const pack *const v = in[1];
+    const pack *const a = in[2];
+    const pack *const w = in[3];
+    pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
+    pack s1, c1; EACH SINCOS_CALL(q[1][h], &s1[h], &c1[h]);
+    pack t2; EACH t2[h] = FMA(c0[h], c1[h], s0[h] * s1[h]);
+    pack t3; EACH t3[h] = FMA(c1[h], s0[h], -(c0[h] * s1[h]));
+    pack t4; EACH t4[h] = q[2][h] * c[0];
+    pack t5; EACH t5[h] = FMA(a[2][h], (t2[h] * c[0]), -(a[0][h] * (t3[h] * t4[h]))) + FMA(w[2][h], c[1], -FMA(v[0][h] * v[2][h] * K(2.0), (t3[h] * c[0]), FMA(v[0][h] * v[0][h], (t2[h] * t4[h]), v[1][h] * v[1][h] * (w[0][h] * c[1]))));
+    EACH out[0][h] = FMA(p[11], (s1[h] * c[0]), t5[h]);
+}
+
+/* ---- joints ----
+ * far-end position of every link, m
+ * (3),(1,3),(12)->(2,2)
+ */
+#undef STREAMS
+#define STREAMS 1
+static void EOM_NAME(joints)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    const pack *const q = in[0];
+    const pack *const w = in[1];
+    pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
+    pack t1; EACH t1[h] = q[2][h] * c0[h];
+    pack t2; EACH t2[h] = q[2][h] * s0[h];
+    pack s3, c3; EACH SINCOS_CALL(q[1][h], &s3[h], &c3[h]);
+    EACH out[0][h] = t1[h];
+    EACH out[1][h] = t2[h];
+    EACH out[2][h] = FMA(w[0][h], c3[h], t1[h]);
+    EACH out[3][h] = FMA(w[0][h], s3[h], t2[h]);
+}

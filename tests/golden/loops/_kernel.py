@@ -1,0 +1,379 @@
+"""chain4: equations of motion by the articulated method (eomgen VERSION)
+
+The functions take an array namespace xp (numpy, jax.numpy, ...) and sequences of arrays over states (q[0], q[1],
+...) and return a list of such arrays; the `Function` objects give them the shapes and the broadcasting of
+generalised ufuncs.
+"""
+
+from ._gufunc import Function, pivot_inverse
+
+
+def _forward_dynamics_constants(xp, p):
+    c = [0.0] * 9
+    inertia_p_up = [0.0] * 4
+    kept0 = [0.0] * 2
+    kept1 = [0.0] * 2
+    kept2 = [0.0] * 2
+    # constants of link4, tips to root
+    t0 = p[18] * p[21]
+    t1 = p[19] * p[22]
+    t2 = p[20] * p[23]
+    t3 = p[21] * t0 + p[22] * t1 + p[23] * t2
+    t4 = t3 * t3
+    t5 = pivot_inverse(xp, t4, t4)
+    t6 = p[22] - p[21]
+    t7 = p[23] - p[21]
+    t8 = p[23] - p[22]
+    t9 = t5 * (t3 * (p[18] * p[19] * (t6 * t6) + p[18] * p[20] * (t7 * t7) + p[19] * p[20] * (t8 * t8)))
+    inertia_p_up[2] = t9
+    c[0] = t5 * ((t0 + t1 + t2) * t3)
+    # constants of link2 to link3, tips to root
+    for k in range(2):
+        t0 = p[12 - 6 * k] * p[15 - 6 * k]
+        t1 = p[13 - 6 * k] * p[16 - 6 * k]
+        t2 = p[14 - 6 * k] * p[17 - 6 * k]
+        t3 = inertia_p_up[2 - k] + p[15 - 6 * k] * t0 + p[16 - 6 * k] * t1 + p[17 - 6 * k] * t2
+        t4 = t3 * t3
+        t5 = pivot_inverse(xp, t4, t4)
+        t6 = p[16 - 6 * k] - p[15 - 6 * k]
+        t7 = p[17 - 6 * k] - p[15 - 6 * k]
+        t8 = p[17 - 6 * k] - p[16 - 6 * k]
+        t9 = p[15 - 6 * k] - 1.0
+        t10 = p[16 - 6 * k] - 1.0
+        t11 = p[17 - 6 * k] - 1.0
+        t12 = p[12 - 6 * k] * p[13 - 6 * k] * (t6 * t6) + p[12 - 6 * k] * p[14 - 6 * k] * (t7 * t7) + p[13 - 6 * k] * p[14 - 6 * k] * (t8 * t8) + inertia_p_up[2 - k] * (p[12 - 6 * k] * (t9 * t9) + p[13 - 6 * k] * (t10 * t10) + p[14 - 6 * k] * (t11 * t11))
+        t13 = t5 * (t3 * (inertia_p_up[2 - k] + t0 + t1 + t2))
+        inertia_p_up[1 - k] = t5 * (t3 * t12)
+        kept0[1 - k] = t3
+        kept1[1 - k] = t5
+        kept2[1 - k] = t13
+        c[1 + k] = t13
+    # constants of link1, root to tips
+    t0 = p[0] * p[3]
+    t1 = p[1] * p[4]
+    t2 = p[2] * p[5]
+    t3 = inertia_p_up[0] + p[3] * t0 + p[4] * t1 + p[5] * t2
+    t4 = t3 * t3
+    t5 = pivot_inverse(xp, t4, t4)
+    c[3] = t5 * (t3 * (inertia_p_up[0] + t0 + t1 + t2))
+    c[4] = t3 * t5
+    # constants of link2 to link3, root to tips
+    for k in range(2):
+        c[5 + k] = kept0[k] * kept1[k]
+    # constants of link4, root to tips
+    t0 = p[18] * p[21]
+    t1 = p[19] * p[22]
+    t2 = p[20] * p[23]
+    t3 = p[21] * t0 + p[22] * t1 + p[23] * t2
+    t4 = t3 * t3
+    t5 = pivot_inverse(xp, t4, t4)
+    c[7] = t5 * ((t0 + t1 + t2) * t3)
+    c[8] = t3 * t5
+    return (c, inertia_p_up, kept0, kept1, kept2,)
+
+
+def _forward_dynamics(xp, q, v, u, p, c):
+    c, inertia_p_up, kept0, kept1, kept2, = c
+    force_u_up = [0.0] * 4
+    force_n_up = [0.0] * 4
+    torque_up = [0.0] * 4
+    acceleration_u_down1 = [0.0] * 4
+    acceleration_n_down1 = [0.0] * 4
+    kept3 = [0.0] * 2
+    kept4 = [0.0] * 2
+    kept5 = [0.0] * 2
+    kept6 = [0.0] * 2
+    kept7 = [0.0] * 2
+    kept8 = [0.0] * 1
+    kept9 = [0.0] * 1
+    kept10 = [0.0] * 1
+    kept11 = [0.0] * 1
+    out = [0.0] * 8
+    # link4, tips to root
+    t0 = u[7] * c[0]
+    t1 = q[3] - q[2]
+    s2, c2 = xp.sin(t1), xp.cos(t1)
+    t3 = q[7] * q[7]
+    t4 = pivot_inverse(xp, t3, t3)
+    t5 = q[7] * t4
+    t6 = u[3] * t5
+    t7 = c[0] * t6
+    force_u_up[2] = t0 * c2 - t7 * s2
+    force_n_up[2] = t0 * s2 + t7 * c2
+    torque_up[2] = u[3]
+    kept8[0] = t5
+    kept9[0] = t6
+    kept10[0] = c2
+    kept11[0] = s2
+    # link2 to link3, tips to root
+    for k in range(2):
+        t0 = q[2 - k] - q[1 - k]
+        s1, c1 = xp.sin(t0), xp.cos(t0)
+        t2 = u[6 - k] - force_u_up[2 - k]
+        t3 = force_u_up[2 - k] + c[1 + k] * t2
+        t4 = q[6 - k] * q[6 - k]
+        t5 = pivot_inverse(xp, t4, t4)
+        t6 = q[6 - k] * t5
+        t7 = t6 * (u[2 - k] - torque_up[2 - k]) - force_n_up[2 - k]
+        t8 = force_n_up[2 - k] + c[1 + k] * t7
+        force_u_up[1 - k] = c1 * t3 - s1 * t8
+        force_n_up[1 - k] = s1 * t3 + c1 * t8
+        torque_up[1 - k] = u[2 - k]
+        kept3[1 - k] = t6
+        kept4[1 - k] = t2
+        kept5[1 - k] = t7
+        kept6[1 - k] = c1
+        kept7[1 - k] = s1
+    # link1, root to tips
+    s0, c0 = xp.sin(q[0]), xp.cos(q[0])
+    t1 = p[24] * s0
+    t2 = (u[4] - force_u_up[0]) * c[4] - c[3] * t1
+    t3 = p[24] * c0
+    t4 = q[4] * q[4]
+    t5 = pivot_inverse(xp, t4, t4)
+    t6 = q[4] * t5
+    t7 = (t6 * (u[0] - torque_up[0]) - force_n_up[0]) * c[4] - c[3] * t3
+    acceleration_u_down1[0] = t1 + t2
+    acceleration_n_down1[0] = t3 + t7
+    out[0] = t6 * (t7 - 2.0 * (v[0] * v[4]))
+    out[4] = t2 + q[4] * (v[0] * v[0])
+    # link2 to link3, root to tips
+    for k in range(2):
+        t0 = kept6[k] * acceleration_u_down1[k] + kept7[k] * acceleration_n_down1[k]
+        t1 = kept4[k] * c[5 + k] - kept2[k] * t0
+        t2 = kept6[k] * acceleration_n_down1[k] - kept7[k] * acceleration_u_down1[k]
+        t3 = kept5[k] * c[5 + k] - kept2[k] * t2
+        acceleration_u_down1[1 + k] = t0 + t1
+        acceleration_n_down1[1 + k] = t2 + t3
+        out[1 + k] = kept3[k] * (t3 - 2.0 * (v[1 + k] * v[5 + k]))
+        out[5 + k] = t1 + q[5 + k] * (v[1 + k] * v[1 + k])
+    # link4, root to tips
+    t0 = kept8[0] * (kept9[0] * c[8] - c[7] * (kept10[0] * acceleration_n_down1[2] - kept11[0] * acceleration_u_down1[2]) - 2.0 * (v[3] * v[7]))
+    out[3] = t0
+    out[7] = u[7] * c[8] - c[7] * (kept10[0] * acceleration_u_down1[2] + kept11[0] * acceleration_n_down1[2]) + q[7] * (v[3] * v[3])
+    return out
+
+
+forward_dynamics = Function(
+    "forward_dynamics",
+    "forward_dynamics(q, v, u, p)\n\naccelerations a of M a + h = Q(u).",
+    ((8,), (8,), (8,), (25,)),
+    (8,),
+    "(8),(8),(8),(25)->(8)",
+    _forward_dynamics_constants,
+    True,
+    _forward_dynamics,
+    1088,
+    ('float64',),
+)
+forward_dynamics.__module__ = __name__
+
+
+def _mass_matrix_constants(xp, p):
+    c = [0.0] * 17
+    # constants of link1, root to tips
+    c[0] = p[3] * (p[0] * p[3]) + p[4] * (p[1] * p[4]) + p[5] * (p[2] * p[5])
+    # constants of link2 to link3, root to tips
+    for k in range(2):
+        t0 = p[6 + 6 * k] * p[9 + 6 * k]
+        t1 = p[7 + 6 * k] * p[10 + 6 * k]
+        t2 = p[8 + 6 * k] * p[11 + 6 * k]
+        c[1 + k] = t0 + t1 + t2
+        c[3 + k] = p[9 + 6 * k] * t0 + p[10 + 6 * k] * t1 + p[11 + 6 * k] * t2
+    # constants of link4, root to tips
+    t0 = p[18] * p[21]
+    t1 = p[19] * p[22]
+    t2 = p[20] * p[23]
+    c[5] = t0 + t1 + t2
+    c[6] = p[21] * t0 + p[22] * t1 + p[23] * t2
+    # constants of link4, tips to root
+    t0 = p[18] * p[21]
+    t1 = p[19] * p[22]
+    t2 = p[20] * p[23]
+    c[7] = t0 + t1 + t2
+    c[8] = p[21] * t0 + p[22] * t1 + p[23] * t2
+    c[9] = p[20] + p[18] + p[19]
+    # constants of link2 to link3, tips to root
+    for k in range(2):
+        t0 = p[12 - 6 * k] * p[15 - 6 * k]
+        t1 = p[13 - 6 * k] * p[16 - 6 * k]
+        t2 = p[14 - 6 * k] * p[17 - 6 * k]
+        c[10 + k] = t0 + t1 + t2
+        c[12 + k] = p[15 - 6 * k] * t0 + p[16 - 6 * k] * t1 + p[17 - 6 * k] * t2
+        c[14 + k] = p[14 - 6 * k] + p[12 - 6 * k] + p[13 - 6 * k]
+    # constants of link1, tips to root
+    c[16] = p[3] * (p[0] * p[3]) + p[4] * (p[1] * p[4]) + p[5] * (p[2] * p[5])
+    return (c,)
+
+
+def _mass_matrix(xp, q, p, c):
+    c, = c
+    acceleration_u_down1 = [0.0] * 4
+    acceleration_n_down1 = [0.0] * 4
+    kept0 = [0.0] * 2
+    kept1 = [0.0] * 2
+    force_u_up2 = [0.0] * 4
+    force_n_up2 = [0.0] * 4
+    torque_up2 = [0.0] * 4
+    kept2 = [0.0] * 1
+    kept3 = [0.0] * 1
+    kept4 = [0.0] * 1
+    kept5 = [0.0] * 1
+    kept6 = [0.0] * 2
+    kept7 = [0.0] * 2
+    kept8 = [0.0] * 2
+    kept9 = [0.0] * 2
+    kept10 = [0.0] * 1
+    a = [0.0] * 8
+    column = [0.0] * 8
+    out = [0.0] * 64
+    # link1, root to tips
+    kept10[0] = q[4] * (q[4] * c[0])
+    # link2 to link3, root to tips
+    for k in range(2):
+        t0 = q[1 + k] - q[k]
+        s1, c1 = xp.sin(t0), xp.cos(t0)
+        kept0[k] = c1
+        kept1[k] = s1
+        kept6[k] = q[5 + k] * c[1 + k]
+        kept7[k] = q[5 + k] * (q[5 + k] * c[3 + k])
+    # link4, root to tips
+    t0 = q[3] - q[2]
+    s1, c1 = xp.sin(t0), xp.cos(t0)
+    kept2[0] = q[7] * c[5]
+    kept3[0] = q[7] * (q[7] * c[6])
+    kept4[0] = c1
+    kept5[0] = s1
+    for j in range(8):
+        a = [float(i == j) for i in range(8)]
+        # link1, root to tips
+        acceleration_u_down1[0] = a[4]
+        acceleration_n_down1[0] = a[0] * q[4]
+        # link2 to link3, root to tips
+        for k in range(2):
+            t0 = kept0[k] * acceleration_u_down1[k] + kept1[k] * acceleration_n_down1[k]
+            t1 = kept0[k] * acceleration_n_down1[k] - kept1[k] * acceleration_u_down1[k]
+            acceleration_u_down1[1 + k] = a[5 + k] + t0
+            acceleration_n_down1[1 + k] = t1 + a[1 + k] * q[5 + k]
+            kept8[k] = t0
+            kept9[k] = t1
+        # link4, tips to root
+        t0 = kept4[0] * acceleration_u_down1[2] + kept5[0] * acceleration_n_down1[2]
+        t1 = c[9] * t0 + a[7] * c[7]
+        t2 = kept4[0] * acceleration_n_down1[2] - kept5[0] * acceleration_u_down1[2]
+        t3 = c[9] * t2 + a[3] * kept2[0]
+        t4 = kept2[0] * t2 + a[3] * kept3[0]
+        force_u_up2[2] = kept4[0] * t1 - kept5[0] * t3
+        force_n_up2[2] = kept5[0] * t1 + kept4[0] * t3
+        torque_up2[2] = t4
+        column[3] = t4
+        column[7] = c[7] * t0 + a[7] * c[8]
+        # link2 to link3, tips to root
+        for k in range(2):
+            t0 = force_u_up2[2 - k] + c[14 + k] * kept8[1 - k] + a[6 - k] * c[10 + k]
+            t1 = force_n_up2[2 - k] + c[14 + k] * kept9[1 - k] + a[2 - k] * kept6[1 - k]
+            t2 = kept6[1 - k] * kept9[1 - k] + a[2 - k] * kept7[1 - k] + q[6 - k] * force_n_up2[2 - k]
+            force_u_up2[1 - k] = kept0[1 - k] * t0 - kept1[1 - k] * t1
+            force_n_up2[1 - k] = kept1[1 - k] * t0 + kept0[1 - k] * t1
+            torque_up2[1 - k] = torque_up2[2 - k] + t2
+            column[2 - k] = t2
+            column[6 - k] = force_u_up2[2 - k] + c[10 + k] * kept8[1 - k] + a[6 - k] * c[12 + k]
+        # link1, tips to root
+        column[0] = a[0] * kept10[0] + q[4] * force_n_up2[0]
+        column[4] = force_u_up2[0] + a[4] * c[16]
+        out[j::8] = column
+    return out
+
+
+mass_matrix = Function(
+    "mass_matrix",
+    "mass_matrix(q, p)\n\nmass matrix M.",
+    ((8,), (25,)),
+    (8, 8),
+    "(8),(25)->(8,8)",
+    _mass_matrix_constants,
+    True,
+    _mass_matrix,
+    768,
+    ('float64',),
+)
+mass_matrix.__module__ = __name__
+
+
+def _energy_constants(xp, p):
+    c = [0.0] * 11
+    # constants of link1, root to tips
+    t0 = p[0] * p[3]
+    t1 = p[1] * p[4]
+    t2 = p[2] * p[5]
+    c[0] = t0 + t1 + t2
+    c[1] = p[3] * t0 + p[4] * t1 + p[5] * t2
+    # constants of link2 to link3, root to tips
+    for k in range(2):
+        t0 = p[6 + 6 * k] * p[9 + 6 * k]
+        t1 = p[7 + 6 * k] * p[10 + 6 * k]
+        t2 = p[8 + 6 * k] * p[11 + 6 * k]
+        c[2 + k] = t0 + t1 + t2
+        c[4 + k] = p[9 + 6 * k] * t0 + p[10 + 6 * k] * t1 + p[11 + 6 * k] * t2
+        c[6 + k] = p[8 + 6 * k] + p[6 + 6 * k] + p[7 + 6 * k]
+    # constants of link4, root to tips
+    t0 = p[18] * p[21]
+    t1 = p[19] * p[22]
+    t2 = p[20] * p[23]
+    c[8] = t0 + t1 + t2
+    c[9] = p[21] * t0 + p[22] * t1 + p[23] * t2
+    c[10] = p[20] + p[18] + p[19]
+    return (c,)
+
+
+def _energy(xp, q, v, p, c):
+    c, = c
+    height_down = [0.0] * 4
+    velocity_x_down = [0.0] * 4
+    velocity_y_down = [0.0] * 4
+    out = [0.0] * 2
+    # sums start at zero
+    out[0] = 0.0
+    out[1] = 0.0
+    # link1, root to tips
+    s0, c0 = xp.sin(q[0]), xp.cos(q[0])
+    t1 = v[0] * q[4]
+    t2 = (v[0] * (v[0] * (q[4] * (q[4] * c[1]))) + v[4] * (v[4] * c[1])) * 0.5
+    height_down[0] = q[4] * s0
+    velocity_x_down[0] = v[4] * c0 - s0 * t1
+    velocity_y_down[0] = v[4] * s0 + c0 * t1
+    out[0] = out[0] + t2
+    out[1] = out[1] + p[24] * (s0 * (q[4] * c[0]))
+    # link2 to link3, root to tips
+    for k in range(2):
+        s0, c0 = xp.sin(q[1 + k]), xp.cos(q[1 + k])
+        t1 = v[1 + k] * q[5 + k]
+        t2 = c[6 + k] * (velocity_x_down[k] * velocity_x_down[k] + velocity_y_down[k] * velocity_y_down[k]) + v[1 + k] * (v[1 + k] * (q[5 + k] * (q[5 + k] * c[4 + k]))) + v[5 + k] * (v[5 + k] * c[4 + k])
+        t3 = q[5 + k] * c[2 + k]
+        height_down[1 + k] = height_down[k] + q[5 + k] * s0
+        velocity_x_down[1 + k] = velocity_x_down[k] + v[5 + k] * c0 - s0 * t1
+        velocity_y_down[1 + k] = velocity_y_down[k] + v[5 + k] * s0 + c0 * t1
+        out[0] = out[0] + 0.5 * t2 + (velocity_y_down[k] * c0 - velocity_x_down[k] * s0) * (v[1 + k] * t3) + (velocity_x_down[k] * c0 + velocity_y_down[k] * s0) * (v[5 + k] * c[2 + k])
+        out[1] = out[1] + p[24] * (height_down[k] * c[6 + k] + s0 * t3)
+    # link4, root to tips
+    t0 = c[10] * (velocity_x_down[2] * velocity_x_down[2] + velocity_y_down[2] * velocity_y_down[2]) + v[3] * (v[3] * (q[7] * (q[7] * c[9]))) + v[7] * (v[7] * c[9])
+    s1, c1 = xp.sin(q[3]), xp.cos(q[3])
+    t2 = q[7] * c[8]
+    out[0] = out[0] + 0.5 * t0 + (velocity_y_down[2] * c1 - velocity_x_down[2] * s1) * (v[3] * t2) + (velocity_x_down[2] * c1 + velocity_y_down[2] * s1) * (v[7] * c[8])
+    out[1] = out[1] + p[24] * (height_down[2] * c[10] + s1 * t2)
+    return out
+
+
+energy = Function(
+    "energy",
+    "energy(q, v, p)\n\nkinetic and potential energy, J.",
+    ((8,), (8,), (25,)),
+    (2,),
+    "(8),(8),(25)->(2)",
+    _energy_constants,
+    True,
+    _energy,
+    1344,
+    ('float64',),
+)
+energy.__module__ = __name__

@@ -1,0 +1,131 @@
+/* chain4: equations of motion by the articulated method (eomgen VERSION)
+ *
+ * The kernels of every type, the table through which eomgen_batch.c finds them, and the functions of chain4.h.
+ */
+#include "chain4.h"
+
+#include "eomgen_model.h"
+#include "eomgen_real.h"
+
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#pragma GCC diagnostic ignored "-Wpsabi"
+
+#define EOM_REAL f64
+#define scalar eom_f64
+#define EOM_SCALAR_TEXT 1
+#include "chain4_kernels.h"
+#undef real
+#undef pack
+#undef EACH
+#undef scalar
+#undef R
+#undef K
+#undef FMA
+#undef SINCOS
+#undef SINCOS_CALL
+#undef STREAMS
+#undef PIVOT_INVERSE
+#undef SQRT
+#undef EXP
+#undef LOG
+#undef EOM_SCALAR_TEXT
+#undef EOM_REAL
+
+#define EOM_REAL f64v
+#define scalar eom_f64
+#define EOM_SCALAR_TEXT 0
+#include "chain4_kernels.h"
+#undef real
+#undef pack
+#undef EACH
+#undef scalar
+#undef R
+#undef K
+#undef FMA
+#undef SINCOS
+#undef SINCOS_CALL
+#undef STREAMS
+#undef PIVOT_INVERSE
+#undef SQRT
+#undef EXP
+#undef LOG
+#undef EOM_SCALAR_TEXT
+#undef EOM_REAL
+
+static const int forward_dynamics_rows[] = {8, 8, 8, 25, 8};
+static const int forward_dynamics_columns[] = {0, 0, 0, 0, 0};
+static const int mass_matrix_rows[] = {8, 25, 8};
+static const int mass_matrix_columns[] = {0, 0, 8};
+static const int energy_rows[] = {8, 8, 25, 2};
+static const int energy_columns[] = {0, 0, 0, 0};
+
+#define EOM_CAST(kernel) ((void (*)(void))(kernel))
+
+const eom_function eom_functions[] = {
+    {"forward_dynamics", "(8),(8),(8),(25)->(8)",
+     "forward_dynamics(q, v, u, p)\n\naccelerations a of M a + h = Q(u).",
+     "(8),(8),(t,8),(25),(),()->(t,8),(t,8)",
+     3, 1, forward_dynamics_rows, forward_dynamics_columns, 19, 34, 1,
+     {EOM_CAST(forward_dynamics_constants_f64), EOM_CAST(forward_dynamics_f64), EOM_CAST(forward_dynamics_f64v)}, {0, 0, 0}, {0, 0, 0}},
+    {"mass_matrix", "(8),(25)->(8,8)",
+     "mass_matrix(q, p)\n\nmass matrix M.",
+     0,
+     1, 1, mass_matrix_rows, mass_matrix_columns, 17, 53, 0,
+     {EOM_CAST(mass_matrix_constants_f64), EOM_CAST(mass_matrix_f64), EOM_CAST(mass_matrix_f64v)}, {0, 0, 0}, {0, 0, 0}},
+    {"energy", "(8),(8),(25)->(2)",
+     "energy(q, v, p)\n\nkinetic and potential energy, J.",
+     0,
+     2, 1, energy_rows, energy_columns, 11, 12, 0,
+     {EOM_CAST(energy_constants_f64), EOM_CAST(energy_f64), EOM_CAST(energy_f64v)}, {0, 0, 0}, {0, 0, 0}},
+};
+const int eom_function_count = sizeof eom_functions / sizeof eom_functions[0];
+
+const double chain4_p[25] = {
+    0.25, 0.5, 0.25, 0.0, 0.5, 1.0, 0.25, 0.5, 0.25, 0.0, 0.5, 1.0, 0.25, 0.5, 0.25, 0.0, 0.5, 1.0, 0.25, 0.5,
+    0.25, 0.0, 0.5, 1.0, 9.81
+};
+
+void chain4_forward_dynamics(const double *q, const double *v, const double *u, const double *p, double *out)
+{
+    const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v, (const pack_f641 *)u};
+    double c[19], work[34];
+    forward_dynamics_constants_f64(p, c);
+    forward_dynamics_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+}
+
+void chain4_forward_dynamics_batch(size_t states, const double *q, const double *v, const double *u, const double *p, double *out)
+{
+    char *args[] = {(char *)q, (char *)v, (char *)u, (char *)p, (char *)out};
+    const intptr_t dimensions[] = {(intptr_t)states}, steps[] = {64, 64, 64, 0, 64, 8, 8, 8, 8, 8};
+    eom_loop_f64(args, dimensions, steps, (void *)&eom_functions[0]);
+}
+
+void chain4_mass_matrix(const double *q, const double *p, double *out)
+{
+    const pack_f641 *in[] = {(const pack_f641 *)q};
+    double c[17], work[53];
+    mass_matrix_constants_f64(p, c);
+    mass_matrix_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+}
+
+void chain4_mass_matrix_batch(size_t states, const double *q, const double *p, double *out)
+{
+    char *args[] = {(char *)q, (char *)p, (char *)out};
+    const intptr_t dimensions[] = {(intptr_t)states}, steps[] = {64, 0, 512, 8, 8, 64, 8};
+    eom_loop_f64(args, dimensions, steps, (void *)&eom_functions[1]);
+}
+
+void chain4_energy(const double *q, const double *v, const double *p, double *out)
+{
+    const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v};
+    double c[11], work[12];
+    energy_constants_f64(p, c);
+    energy_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+}
+
+void chain4_energy_batch(size_t states, const double *q, const double *v, const double *p, double *out)
+{
+    char *args[] = {(char *)q, (char *)v, (char *)p, (char *)out};
+    const intptr_t dimensions[] = {(intptr_t)states}, steps[] = {64, 64, 0, 16, 8, 8, 8, 8};
+    eom_loop_f64(args, dimensions, steps, (void *)&eom_functions[2]);
+}

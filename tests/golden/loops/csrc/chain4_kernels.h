@@ -1,0 +1,674 @@
+/* chain4: equations of motion by the articulated method (eomgen VERSION)
+ *
+ * The equations, as one text for every type: chain4.c includes it once for each. `real` is a scalar or a vector of
+ * lanes (a lane is a state), `scalar` its element; FMA, SINCOS, ... are those of eomgen_real.h. Every value is a
+ * `pack` of STREAMS reals that EACH statement computes side by side.
+ *
+ * q[0]  link1.angle (rad)
+ * q[1]  link2.angle (rad)
+ * q[2]  link3.angle (rad)
+ * q[3]  link4.angle (rad)
+ * q[4]  link1.length (m)
+ * q[5]  link2.length (m)
+ * q[6]  link3.length (m)
+ * q[7]  link4.length (m)
+ * v[0]  link1.angle_rate (rad/s)
+ * v[1]  link2.angle_rate (rad/s)
+ * v[2]  link3.angle_rate (rad/s)
+ * v[3]  link4.angle_rate (rad/s)
+ * v[4]  link1.length_rate (m/s)
+ * v[5]  link2.length_rate (m/s)
+ * v[6]  link3.length_rate (m/s)
+ * v[7]  link4.length_rate (m/s)
+ * u[0]  link1.torque (N m)
+ * u[1]  link2.torque (N m)
+ * u[2]  link3.torque (N m)
+ * u[3]  link4.torque (N m)
+ * u[4]  link1.force (N)
+ * u[5]  link2.force (N)
+ * u[6]  link3.force (N)
+ * u[7]  link4.force (N)
+ * p[0]  link1.mass1 (kg)
+ * p[1]  link1.mass2 (kg)
+ * p[2]  link1.mass3 (kg)
+ * p[3]  link1.fraction1 (1)
+ * p[4]  link1.fraction2 (1)
+ * p[5]  link1.fraction3 (1)
+ * p[6]  link2.mass1 (kg)
+ * p[7]  link2.mass2 (kg)
+ * p[8]  link2.mass3 (kg)
+ * p[9]  link2.fraction1 (1)
+ * p[10]  link2.fraction2 (1)
+ * p[11]  link2.fraction3 (1)
+ * p[12]  link3.mass1 (kg)
+ * p[13]  link3.mass2 (kg)
+ * p[14]  link3.mass3 (kg)
+ * p[15]  link3.fraction1 (1)
+ * p[16]  link3.fraction2 (1)
+ * p[17]  link3.fraction3 (1)
+ * p[18]  link4.mass1 (kg)
+ * p[19]  link4.mass2 (kg)
+ * p[20]  link4.mass3 (kg)
+ * p[21]  link4.fraction1 (1)
+ * p[22]  link4.fraction2 (1)
+ * p[23]  link4.fraction3 (1)
+ * p[24]  gravity (m/s^2)
+ */
+#define real eom_real
+#define pack EOM_JOIN(EOM_NAME(pack), STREAMS)
+#define STREAMS 1
+typedef real pack[1];
+#undef STREAMS
+#define STREAMS EOM_WIDE
+#if EOM_WIDE > 1
+typedef real pack[EOM_WIDE];
+#endif
+#define EACH _Pragma("GCC unroll 2") for (int h = 0; h < STREAMS; h++)
+#define R(x) ((x) - (real){0}) /* a scalar in every lane; a vector as it is */
+#define K(x) ((scalar)(x))
+#define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
+#define SINCOS(x, s, c) eom_sincos(R(x), s, c)
+#define SINCOS_CALL(x, s, c) eom_sincos_call(R(x), s, c)
+#define PIVOT_INVERSE(pivot, reference) eom_pivot_inverse(R(pivot), R(reference))
+#define SQRT(x) eom_sqrt(R(x))
+#define EXP(x) eom_exp(R(x))
+#define LOG(x) eom_log(R(x))
+
+/* ---- forward_dynamics ----
+ * accelerations a of M a + h = Q(u)
+ * (8),(8),(8),(25)->(8)
+ */
+#undef STREAMS
+#define STREAMS EOM_WIDE
+#if EOM_SCALAR_TEXT
+
+static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_1)(const scalar *p, scalar *restrict c)
+{
+    /* constants of link4, tips to root */
+    scalar *const inertia_p_up = c + 9;
+    pack t0; EACH t0[h] = p[18] * p[21];
+    pack t1; EACH t1[h] = p[19] * p[22];
+    pack t2; EACH t2[h] = p[20] * p[23];
+    pack t3; EACH t3[h] = FMA(p[23], t2[h], FMA(p[21], t0[h], p[22] * t1[h]));
+    pack t4; EACH t4[h] = t3[h] * t3[h];
+    pack t5; EACH t5[h] = PIVOT_INVERSE(t4[h], t4[h]);
+    pack t6; EACH t6[h] = p[22] - p[21];
+    pack t7; EACH t7[h] = p[23] - p[21];
+    pack t8; EACH t8[h] = p[23] - p[22];
+    pack t9; EACH t9[h] = t5[h] * (t3[h] * FMA(p[19] * p[20], (t8[h] * t8[h]), FMA(p[18] * p[19], (t6[h] * t6[h]), p[18] * p[20] * (t7[h] * t7[h]))));
+    EACH inertia_p_up[2] = t9[h];
+    EACH c[0] = t5[h] * ((t0[h] + t1[h] + t2[h]) * t3[h]);
+}
+
+static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_2)(const scalar *p, scalar *restrict c)
+{
+    /* constants of link2 to link3, tips to root */
+    scalar *const inertia_p_up = c + 9;
+    scalar *const kept0 = c + 13;
+    scalar *const kept1 = c + 15;
+    scalar *const kept2 = c + 17;
+    for (int k = 0; k < 2; k++) {
+        pack t0; EACH t0[h] = p[12 - 6 * k] * p[15 - 6 * k];
+        pack t1; EACH t1[h] = p[13 - 6 * k] * p[16 - 6 * k];
+        pack t2; EACH t2[h] = p[14 - 6 * k] * p[17 - 6 * k];
+        pack t3; EACH t3[h] = inertia_p_up[2 - k] + FMA(p[17 - 6 * k], t2[h], FMA(p[15 - 6 * k], t0[h], p[16 - 6 * k] * t1[h]));
+        pack t4; EACH t4[h] = t3[h] * t3[h];
+        pack t5; EACH t5[h] = PIVOT_INVERSE(t4[h], t4[h]);
+        pack t6; EACH t6[h] = p[16 - 6 * k] - p[15 - 6 * k];
+        pack t7; EACH t7[h] = p[17 - 6 * k] - p[15 - 6 * k];
+        pack t8; EACH t8[h] = p[17 - 6 * k] - p[16 - 6 * k];
+        pack t9; EACH t9[h] = p[15 - 6 * k] - K(1.0);
+        pack t10; EACH t10[h] = p[16 - 6 * k] - K(1.0);
+        pack t11; EACH t11[h] = p[17 - 6 * k] - K(1.0);
+        pack t12; EACH t12[h] = FMA(inertia_p_up[2 - k], FMA(p[14 - 6 * k], (t11[h] * t11[h]), FMA(p[12 - 6 * k], (t9[h] * t9[h]), p[13 - 6 * k] * (t10[h] * t10[h]))), FMA(p[13 - 6 * k] * p[14 - 6 * k], (t8[h] * t8[h]), FMA(p[12 - 6 * k] * p[13 - 6 * k], (t6[h] * t6[h]), p[12 - 6 * k] * p[14 - 6 * k] * (t7[h] * t7[h]))));
+        pack t13; EACH t13[h] = t5[h] * (t3[h] * (inertia_p_up[2 - k] + t0[h] + t1[h] + t2[h]));
+        EACH inertia_p_up[1 - k] = t5[h] * (t3[h] * t12[h]);
+        EACH kept0[1 - k] = t3[h];
+        EACH kept1[1 - k] = t5[h];
+        EACH kept2[1 - k] = t13[h];
+        EACH c[1 + k] = t13[h];
+    }
+}
+
+static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_3)(const scalar *p, scalar *restrict c)
+{
+    /* constants of link1, root to tips */
+    scalar *const inertia_p_up = c + 9;
+    pack t0; EACH t0[h] = p[0] * p[3];
+    pack t1; EACH t1[h] = p[1] * p[4];
+    pack t2; EACH t2[h] = p[2] * p[5];
+    pack t3; EACH t3[h] = inertia_p_up[0] + FMA(p[5], t2[h], FMA(p[3], t0[h], p[4] * t1[h]));
+    pack t4; EACH t4[h] = t3[h] * t3[h];
+    pack t5; EACH t5[h] = PIVOT_INVERSE(t4[h], t4[h]);
+    EACH c[3] = t5[h] * (t3[h] * (inertia_p_up[0] + t0[h] + t1[h] + t2[h]));
+    EACH c[4] = t3[h] * t5[h];
+}
+
+static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_4)(const scalar *p, scalar *restrict c)
+{
+    /* constants of link2 to link3, root to tips */
+    scalar *const kept0 = c + 13;
+    scalar *const kept1 = c + 15;
+    for (int k = 0; k < 2; k++) {
+        EACH c[5 + k] = kept0[k] * kept1[k];
+    }
+}
+
+static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_5)(const scalar *p, scalar *restrict c)
+{
+    /* constants of link4, root to tips */
+    pack t0; EACH t0[h] = p[18] * p[21];
+    pack t1; EACH t1[h] = p[19] * p[22];
+    pack t2; EACH t2[h] = p[20] * p[23];
+    pack t3; EACH t3[h] = FMA(p[23], t2[h], FMA(p[21], t0[h], p[22] * t1[h]));
+    pack t4; EACH t4[h] = t3[h] * t3[h];
+    pack t5; EACH t5[h] = PIVOT_INVERSE(t4[h], t4[h]);
+    EACH c[7] = t5[h] * ((t0[h] + t1[h] + t2[h]) * t3[h]);
+    EACH c[8] = t3[h] * t5[h];
+}
+
+static void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *restrict c)
+{
+    EOM_NAME(forward_dynamics_constants_1)(p, c);
+    EOM_NAME(forward_dynamics_constants_2)(p, c);
+    EOM_NAME(forward_dynamics_constants_3)(p, c);
+    EOM_NAME(forward_dynamics_constants_4)(p, c);
+    EOM_NAME(forward_dynamics_constants_5)(p, c);
+}
+
+#endif
+
+static __attribute__((noinline)) void EOM_NAME(forward_dynamics_1)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    /* link4, tips to root */
+    const pack *const q = in[0];
+    const pack *const u = in[2];
+    pack *const force_u_up = work + 0;
+    pack *const force_n_up = work + 4;
+    pack *const torque_up = work + 8;
+    pack *const kept8 = work + 30;
+    pack *const kept9 = work + 31;
+    pack *const kept10 = work + 32;
+    pack *const kept11 = work + 33;
+    pack t0; EACH t0[h] = u[7][h] * c[0];
+    pack t1; EACH t1[h] = q[3][h] - q[2][h];
+    pack s2, c2; EACH SINCOS(t1[h], &s2[h], &c2[h]);
+    pack t3; EACH t3[h] = q[7][h] * q[7][h];
+    pack t4; EACH t4[h] = PIVOT_INVERSE(t3[h], t3[h]);
+    pack t5; EACH t5[h] = q[7][h] * t4[h];
+    pack t6; EACH t6[h] = u[3][h] * t5[h];
+    pack t7; EACH t7[h] = c[0] * t6[h];
+    EACH force_u_up[2][h] = FMA(t0[h], c2[h], -(t7[h] * s2[h]));
+    EACH force_n_up[2][h] = FMA(t0[h], s2[h], t7[h] * c2[h]);
+    EACH torque_up[2][h] = u[3][h];
+    EACH kept8[0][h] = t5[h];
+    EACH kept9[0][h] = t6[h];
+    EACH kept10[0][h] = c2[h];
+    EACH kept11[0][h] = s2[h];
+}
+
+static __attribute__((noinline)) void EOM_NAME(forward_dynamics_2)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    /* link2 to link3, tips to root */
+    const pack *const q = in[0];
+    const pack *const u = in[2];
+    pack *const force_u_up = work + 0;
+    pack *const force_n_up = work + 4;
+    pack *const torque_up = work + 8;
+    pack *const kept3 = work + 20;
+    pack *const kept4 = work + 22;
+    pack *const kept5 = work + 24;
+    pack *const kept6 = work + 26;
+    pack *const kept7 = work + 28;
+    for (int k = 0; k < 2; k++) {
+        pack t0; EACH t0[h] = q[2 - k][h] - q[1 - k][h];
+        pack s1, c1; EACH SINCOS(t0[h], &s1[h], &c1[h]);
+        pack t2; EACH t2[h] = u[6 - k][h] - force_u_up[2 - k][h];
+        pack t3; EACH t3[h] = FMA(c[1 + k], t2[h], force_u_up[2 - k][h]);
+        pack t4; EACH t4[h] = q[6 - k][h] * q[6 - k][h];
+        pack t5; EACH t5[h] = PIVOT_INVERSE(t4[h], t4[h]);
+        pack t6; EACH t6[h] = q[6 - k][h] * t5[h];
+        pack t7; EACH t7[h] = FMA(t6[h], (u[2 - k][h] - torque_up[2 - k][h]), -force_n_up[2 - k][h]);
+        pack t8; EACH t8[h] = FMA(c[1 + k], t7[h], force_n_up[2 - k][h]);
+        EACH force_u_up[1 - k][h] = FMA(c1[h], t3[h], -(s1[h] * t8[h]));
+        EACH force_n_up[1 - k][h] = FMA(s1[h], t3[h], c1[h] * t8[h]);
+        EACH torque_up[1 - k][h] = u[2 - k][h];
+        EACH kept3[1 - k][h] = t6[h];
+        EACH kept4[1 - k][h] = t2[h];
+        EACH kept5[1 - k][h] = t7[h];
+        EACH kept6[1 - k][h] = c1[h];
+        EACH kept7[1 - k][h] = s1[h];
+    }
+}
+
+static __attribute__((noinline)) void EOM_NAME(forward_dynamics_3)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    /* link1, root to tips */
+    const pack *const q = in[0];
+    const pack *const v = in[1];
+    const pack *const u = in[2];
+    pack *const force_u_up = work + 0;
+    pack *const force_n_up = work + 4;
+    pack *const torque_up = work + 8;
+    pack *const acceleration_u_down1 = work + 12;
+    pack *const acceleration_n_down1 = work + 16;
+    pack s0, c0; EACH SINCOS(q[0][h], &s0[h], &c0[h]);
+    pack t1; EACH t1[h] = p[24] * s0[h];
+    pack t2; EACH t2[h] = FMA((u[4][h] - force_u_up[0][h]), c[4], -(c[3] * t1[h]));
+    pack t3; EACH t3[h] = p[24] * c0[h];
+    pack t4; EACH t4[h] = q[4][h] * q[4][h];
+    pack t5; EACH t5[h] = PIVOT_INVERSE(t4[h], t4[h]);
+    pack t6; EACH t6[h] = q[4][h] * t5[h];
+    pack t7; EACH t7[h] = FMA(FMA(t6[h], (u[0][h] - torque_up[0][h]), -force_n_up[0][h]), c[4], -(c[3] * t3[h]));
+    EACH acceleration_u_down1[0][h] = t1[h] + t2[h];
+    EACH acceleration_n_down1[0][h] = t3[h] + t7[h];
+    EACH out[0][h] = t6[h] * FMA(-K(2.0), (v[0][h] * v[4][h]), t7[h]);
+    EACH out[4][h] = FMA(q[4][h], (v[0][h] * v[0][h]), t2[h]);
+}
+
+static __attribute__((noinline)) void EOM_NAME(forward_dynamics_4)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    /* link2 to link3, root to tips */
+    const pack *const q = in[0];
+    const pack *const v = in[1];
+    pack *const acceleration_u_down1 = work + 12;
+    pack *const acceleration_n_down1 = work + 16;
+    const scalar *const kept2 = c + 17;
+    pack *const kept3 = work + 20;
+    pack *const kept4 = work + 22;
+    pack *const kept5 = work + 24;
+    pack *const kept6 = work + 26;
+    pack *const kept7 = work + 28;
+    for (int k = 0; k < 2; k++) {
+        pack t0; EACH t0[h] = FMA(kept6[k][h], acceleration_u_down1[k][h], kept7[k][h] * acceleration_n_down1[k][h]);
+        pack t1; EACH t1[h] = FMA(kept4[k][h], c[5 + k], -(kept2[k] * t0[h]));
+        pack t2; EACH t2[h] = FMA(kept6[k][h], acceleration_n_down1[k][h], -(kept7[k][h] * acceleration_u_down1[k][h]));
+        pack t3; EACH t3[h] = FMA(kept5[k][h], c[5 + k], -(kept2[k] * t2[h]));
+        EACH acceleration_u_down1[1 + k][h] = t0[h] + t1[h];
+        EACH acceleration_n_down1[1 + k][h] = t2[h] + t3[h];
+        EACH out[1 + k][h] = kept3[k][h] * FMA(-K(2.0), (v[1 + k][h] * v[5 + k][h]), t3[h]);
+        EACH out[5 + k][h] = FMA(q[5 + k][h], (v[1 + k][h] * v[1 + k][h]), t1[h]);
+    }
+}
+
+static __attribute__((noinline)) void EOM_NAME(forward_dynamics_5)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    /* link4, root to tips */
+    const pack *const q = in[0];
+    const pack *const v = in[1];
+    const pack *const u = in[2];
+    pack *const acceleration_u_down1 = work + 12;
+    pack *const acceleration_n_down1 = work + 16;
+    pack *const kept8 = work + 30;
+    pack *const kept9 = work + 31;
+    pack *const kept10 = work + 32;
+    pack *const kept11 = work + 33;
+    pack t0; EACH t0[h] = kept8[0][h] * FMA(-K(2.0), (v[3][h] * v[7][h]), FMA(kept9[0][h], c[8], -(c[7] * FMA(kept10[0][h], acceleration_n_down1[2][h], -(kept11[0][h] * acceleration_u_down1[2][h])))));
+    EACH out[3][h] = t0[h];
+    EACH out[7][h] = FMA(q[7][h], (v[3][h] * v[3][h]), FMA(u[7][h], c[8], -(c[7] * FMA(kept10[0][h], acceleration_u_down1[2][h], kept11[0][h] * acceleration_n_down1[2][h]))));
+}
+
+static void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    EOM_NAME(forward_dynamics_1)(in, p, c, out, work);
+    EOM_NAME(forward_dynamics_2)(in, p, c, out, work);
+    EOM_NAME(forward_dynamics_3)(in, p, c, out, work);
+    EOM_NAME(forward_dynamics_4)(in, p, c, out, work);
+    EOM_NAME(forward_dynamics_5)(in, p, c, out, work);
+}
+
+/* ---- mass_matrix ----
+ * mass matrix M
+ * (8),(25)->(8,8)
+ */
+#undef STREAMS
+#define STREAMS 1
+#if EOM_SCALAR_TEXT
+
+static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_1)(const scalar *p, scalar *restrict c)
+{
+    /* constants of link1, root to tips */
+    EACH c[0] = FMA(p[5], (p[2] * p[5]), FMA(p[3], (p[0] * p[3]), p[4] * (p[1] * p[4])));
+}
+
+static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_2)(const scalar *p, scalar *restrict c)
+{
+    /* constants of link2 to link3, root to tips */
+    for (int k = 0; k < 2; k++) {
+        pack t0; EACH t0[h] = p[6 + 6 * k] * p[9 + 6 * k];
+        pack t1; EACH t1[h] = p[7 + 6 * k] * p[10 + 6 * k];
+        pack t2; EACH t2[h] = p[8 + 6 * k] * p[11 + 6 * k];
+        EACH c[1 + k] = t0[h] + t1[h] + t2[h];
+        EACH c[3 + k] = FMA(p[11 + 6 * k], t2[h], FMA(p[9 + 6 * k], t0[h], p[10 + 6 * k] * t1[h]));
+    }
+}
+
+static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_3)(const scalar *p, scalar *restrict c)
+{
+    /* constants of link4, root to tips */
+    pack t0; EACH t0[h] = p[18] * p[21];
+    pack t1; EACH t1[h] = p[19] * p[22];
+    pack t2; EACH t2[h] = p[20] * p[23];
+    EACH c[5] = t0[h] + t1[h] + t2[h];
+    EACH c[6] = FMA(p[23], t2[h], FMA(p[21], t0[h], p[22] * t1[h]));
+}
+
+static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_4)(const scalar *p, scalar *restrict c)
+{
+    /* constants of link4, tips to root */
+    pack t0; EACH t0[h] = p[18] * p[21];
+    pack t1; EACH t1[h] = p[19] * p[22];
+    pack t2; EACH t2[h] = p[20] * p[23];
+    EACH c[7] = t0[h] + t1[h] + t2[h];
+    EACH c[8] = FMA(p[23], t2[h], FMA(p[21], t0[h], p[22] * t1[h]));
+    EACH c[9] = p[20] + p[18] + p[19];
+}
+
+static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_5)(const scalar *p, scalar *restrict c)
+{
+    /* constants of link2 to link3, tips to root */
+    for (int k = 0; k < 2; k++) {
+        pack t0; EACH t0[h] = p[12 - 6 * k] * p[15 - 6 * k];
+        pack t1; EACH t1[h] = p[13 - 6 * k] * p[16 - 6 * k];
+        pack t2; EACH t2[h] = p[14 - 6 * k] * p[17 - 6 * k];
+        EACH c[10 + k] = t0[h] + t1[h] + t2[h];
+        EACH c[12 + k] = FMA(p[17 - 6 * k], t2[h], FMA(p[15 - 6 * k], t0[h], p[16 - 6 * k] * t1[h]));
+        EACH c[14 + k] = p[14 - 6 * k] + p[12 - 6 * k] + p[13 - 6 * k];
+    }
+}
+
+static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_6)(const scalar *p, scalar *restrict c)
+{
+    /* constants of link1, tips to root */
+    EACH c[16] = FMA(p[5], (p[2] * p[5]), FMA(p[3], (p[0] * p[3]), p[4] * (p[1] * p[4])));
+}
+
+static void EOM_NAME(mass_matrix_constants)(const scalar *p, scalar *restrict c)
+{
+    EOM_NAME(mass_matrix_constants_1)(p, c);
+    EOM_NAME(mass_matrix_constants_2)(p, c);
+    EOM_NAME(mass_matrix_constants_3)(p, c);
+    EOM_NAME(mass_matrix_constants_4)(p, c);
+    EOM_NAME(mass_matrix_constants_5)(p, c);
+    EOM_NAME(mass_matrix_constants_6)(p, c);
+}
+
+#endif
+
+static __attribute__((noinline)) void EOM_NAME(mass_matrix_1)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    /* link1, root to tips */
+    const pack *const q = in[0];
+    pack *const kept10 = work + 36;
+    EACH kept10[0][h] = q[4][h] * (q[4][h] * c[0]);
+}
+
+static __attribute__((noinline)) void EOM_NAME(mass_matrix_2)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    /* link2 to link3, root to tips */
+    const pack *const q = in[0];
+    pack *const kept0 = work + 8;
+    pack *const kept1 = work + 10;
+    pack *const kept6 = work + 28;
+    pack *const kept7 = work + 30;
+    for (int k = 0; k < 2; k++) {
+        pack t0; EACH t0[h] = q[1 + k][h] - q[k][h];
+        pack s1, c1; EACH SINCOS_CALL(t0[h], &s1[h], &c1[h]);
+        EACH kept0[k][h] = c1[h];
+        EACH kept1[k][h] = s1[h];
+        EACH kept6[k][h] = q[5 + k][h] * c[1 + k];
+        EACH kept7[k][h] = q[5 + k][h] * (q[5 + k][h] * c[3 + k]);
+    }
+}
+
+static __attribute__((noinline)) void EOM_NAME(mass_matrix_3)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    /* link4, root to tips */
+    const pack *const q = in[0];
+    pack *const kept2 = work + 24;
+    pack *const kept3 = work + 25;
+    pack *const kept4 = work + 26;
+    pack *const kept5 = work + 27;
+    pack t0; EACH t0[h] = q[3][h] - q[2][h];
+    pack s1, c1; EACH SINCOS_CALL(t0[h], &s1[h], &c1[h]);
+    EACH kept2[0][h] = q[7][h] * c[5];
+    EACH kept3[0][h] = q[7][h] * (q[7][h] * c[6]);
+    EACH kept4[0][h] = c1[h];
+    EACH kept5[0][h] = s1[h];
+}
+
+static __attribute__((noinline)) void EOM_NAME(mass_matrix_4)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    /* link1, root to tips */
+    const pack *const q = in[0];
+    pack *const acceleration_u_down1 = work + 0;
+    pack *const acceleration_n_down1 = work + 4;
+    pack *const a = work + 37;
+    EACH acceleration_u_down1[0][h] = a[4][h];
+    EACH acceleration_n_down1[0][h] = a[0][h] * q[4][h];
+}
+
+static __attribute__((noinline)) void EOM_NAME(mass_matrix_5)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    /* link2 to link3, root to tips */
+    const pack *const q = in[0];
+    pack *const acceleration_u_down1 = work + 0;
+    pack *const acceleration_n_down1 = work + 4;
+    pack *const kept0 = work + 8;
+    pack *const kept1 = work + 10;
+    pack *const kept8 = work + 32;
+    pack *const kept9 = work + 34;
+    pack *const a = work + 37;
+    for (int k = 0; k < 2; k++) {
+        pack t0; EACH t0[h] = FMA(kept0[k][h], acceleration_u_down1[k][h], kept1[k][h] * acceleration_n_down1[k][h]);
+        pack t1; EACH t1[h] = FMA(kept0[k][h], acceleration_n_down1[k][h], -(kept1[k][h] * acceleration_u_down1[k][h]));
+        EACH acceleration_u_down1[1 + k][h] = a[5 + k][h] + t0[h];
+        EACH acceleration_n_down1[1 + k][h] = FMA(a[1 + k][h], q[5 + k][h], t1[h]);
+        EACH kept8[k][h] = t0[h];
+        EACH kept9[k][h] = t1[h];
+    }
+}
+
+static __attribute__((noinline)) void EOM_NAME(mass_matrix_6)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    /* link4, tips to root */
+    pack *const acceleration_u_down1 = work + 0;
+    pack *const acceleration_n_down1 = work + 4;
+    pack *const force_u_up2 = work + 12;
+    pack *const force_n_up2 = work + 16;
+    pack *const torque_up2 = work + 20;
+    pack *const kept2 = work + 24;
+    pack *const kept3 = work + 25;
+    pack *const kept4 = work + 26;
+    pack *const kept5 = work + 27;
+    pack *const a = work + 37;
+    pack *const column = work + 45;
+    pack t0; EACH t0[h] = FMA(kept4[0][h], acceleration_u_down1[2][h], kept5[0][h] * acceleration_n_down1[2][h]);
+    pack t1; EACH t1[h] = FMA(c[9], t0[h], a[7][h] * c[7]);
+    pack t2; EACH t2[h] = FMA(kept4[0][h], acceleration_n_down1[2][h], -(kept5[0][h] * acceleration_u_down1[2][h]));
+    pack t3; EACH t3[h] = FMA(c[9], t2[h], a[3][h] * kept2[0][h]);
+    pack t4; EACH t4[h] = FMA(kept2[0][h], t2[h], a[3][h] * kept3[0][h]);
+    EACH force_u_up2[2][h] = FMA(kept4[0][h], t1[h], -(kept5[0][h] * t3[h]));
+    EACH force_n_up2[2][h] = FMA(kept5[0][h], t1[h], kept4[0][h] * t3[h]);
+    EACH torque_up2[2][h] = t4[h];
+    EACH column[3][h] = t4[h];
+    EACH column[7][h] = FMA(c[7], t0[h], a[7][h] * c[8]);
+}
+
+static __attribute__((noinline)) void EOM_NAME(mass_matrix_7)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    /* link2 to link3, tips to root */
+    const pack *const q = in[0];
+    pack *const kept0 = work + 8;
+    pack *const kept1 = work + 10;
+    pack *const force_u_up2 = work + 12;
+    pack *const force_n_up2 = work + 16;
+    pack *const torque_up2 = work + 20;
+    pack *const kept6 = work + 28;
+    pack *const kept7 = work + 30;
+    pack *const kept8 = work + 32;
+    pack *const kept9 = work + 34;
+    pack *const a = work + 37;
+    pack *const column = work + 45;
+    for (int k = 0; k < 2; k++) {
+        pack t0; EACH t0[h] = force_u_up2[2 - k][h] + FMA(c[14 + k], kept8[1 - k][h], a[6 - k][h] * c[10 + k]);
+        pack t1; EACH t1[h] = force_n_up2[2 - k][h] + FMA(c[14 + k], kept9[1 - k][h], a[2 - k][h] * kept6[1 - k][h]);
+        pack t2; EACH t2[h] = FMA(q[6 - k][h], force_n_up2[2 - k][h], FMA(kept6[1 - k][h], kept9[1 - k][h], a[2 - k][h] * kept7[1 - k][h]));
+        EACH force_u_up2[1 - k][h] = FMA(kept0[1 - k][h], t0[h], -(kept1[1 - k][h] * t1[h]));
+        EACH force_n_up2[1 - k][h] = FMA(kept1[1 - k][h], t0[h], kept0[1 - k][h] * t1[h]);
+        EACH torque_up2[1 - k][h] = torque_up2[2 - k][h] + t2[h];
+        EACH column[2 - k][h] = t2[h];
+        EACH column[6 - k][h] = force_u_up2[2 - k][h] + FMA(c[10 + k], kept8[1 - k][h], a[6 - k][h] * c[12 + k]);
+    }
+}
+
+static __attribute__((noinline)) void EOM_NAME(mass_matrix_8)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    /* link1, tips to root */
+    const pack *const q = in[0];
+    pack *const force_u_up2 = work + 12;
+    pack *const force_n_up2 = work + 16;
+    pack *const kept10 = work + 36;
+    pack *const a = work + 37;
+    pack *const column = work + 45;
+    EACH column[0][h] = FMA(a[0][h], kept10[0][h], q[4][h] * force_n_up2[0][h]);
+    EACH column[4][h] = FMA(a[4][h], c[16], force_u_up2[0][h]);
+}
+
+static void EOM_NAME(mass_matrix)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    pack *const a = work + 37;
+    pack *const column = work + 45;
+    EOM_NAME(mass_matrix_1)(in, p, c, out, work);
+    EOM_NAME(mass_matrix_2)(in, p, c, out, work);
+    EOM_NAME(mass_matrix_3)(in, p, c, out, work);
+    for (int j = 0; j < 8; j++) {
+        for (int i = 0; i < 8; i++) EACH a[i][h] = R(K(i == j));
+        EOM_NAME(mass_matrix_4)(in, p, c, out, work);
+        EOM_NAME(mass_matrix_5)(in, p, c, out, work);
+        EOM_NAME(mass_matrix_6)(in, p, c, out, work);
+        EOM_NAME(mass_matrix_7)(in, p, c, out, work);
+        EOM_NAME(mass_matrix_8)(in, p, c, out, work);
+        for (int i = 0; i < 8; i++) EACH out[i * 8 + j][h] = column[i][h];
+    }
+}
+
+/* ---- energy ----
+ * kinetic and potential energy, J
+ * (8),(8),(25)->(2)
+ */
+#undef STREAMS
+#define STREAMS 1
+#if EOM_SCALAR_TEXT
+
+static __attribute__((noinline)) void EOM_NAME(energy_constants_1)(const scalar *p, scalar *restrict c)
+{
+    /* constants of link1, root to tips */
+    pack t0; EACH t0[h] = p[0] * p[3];
+    pack t1; EACH t1[h] = p[1] * p[4];
+    pack t2; EACH t2[h] = p[2] * p[5];
+    EACH c[0] = t0[h] + t1[h] + t2[h];
+    EACH c[1] = FMA(p[5], t2[h], FMA(p[3], t0[h], p[4] * t1[h]));
+}
+
+static __attribute__((noinline)) void EOM_NAME(energy_constants_2)(const scalar *p, scalar *restrict c)
+{
+    /* constants of link2 to link3, root to tips */
+    for (int k = 0; k < 2; k++) {
+        pack t0; EACH t0[h] = p[6 + 6 * k] * p[9 + 6 * k];
+        pack t1; EACH t1[h] = p[7 + 6 * k] * p[10 + 6 * k];
+        pack t2; EACH t2[h] = p[8 + 6 * k] * p[11 + 6 * k];
+        EACH c[2 + k] = t0[h] + t1[h] + t2[h];
+        EACH c[4 + k] = FMA(p[11 + 6 * k], t2[h], FMA(p[9 + 6 * k], t0[h], p[10 + 6 * k] * t1[h]));
+        EACH c[6 + k] = p[8 + 6 * k] + p[6 + 6 * k] + p[7 + 6 * k];
+    }
+}
+
+static __attribute__((noinline)) void EOM_NAME(energy_constants_3)(const scalar *p, scalar *restrict c)
+{
+    /* constants of link4, root to tips */
+    pack t0; EACH t0[h] = p[18] * p[21];
+    pack t1; EACH t1[h] = p[19] * p[22];
+    pack t2; EACH t2[h] = p[20] * p[23];
+    EACH c[8] = t0[h] + t1[h] + t2[h];
+    EACH c[9] = FMA(p[23], t2[h], FMA(p[21], t0[h], p[22] * t1[h]));
+    EACH c[10] = p[20] + p[18] + p[19];
+}
+
+static void EOM_NAME(energy_constants)(const scalar *p, scalar *restrict c)
+{
+    EOM_NAME(energy_constants_1)(p, c);
+    EOM_NAME(energy_constants_2)(p, c);
+    EOM_NAME(energy_constants_3)(p, c);
+}
+
+#endif
+
+static __attribute__((noinline)) void EOM_NAME(energy_1)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    /* sums start at zero */
+    EACH out[0][h] = R(K(0.0));
+    EACH out[1][h] = R(K(0.0));
+}
+
+static __attribute__((noinline)) void EOM_NAME(energy_2)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    /* link1, root to tips */
+    const pack *const q = in[0];
+    const pack *const v = in[1];
+    pack *const height_down = work + 0;
+    pack *const velocity_x_down = work + 4;
+    pack *const velocity_y_down = work + 8;
+    pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
+    pack t1; EACH t1[h] = v[0][h] * q[4][h];
+    pack t2; EACH t2[h] = FMA(v[0][h], (v[0][h] * (q[4][h] * (q[4][h] * c[1]))), v[4][h] * (v[4][h] * c[1])) * K(0.5);
+    EACH height_down[0][h] = q[4][h] * s0[h];
+    EACH velocity_x_down[0][h] = FMA(v[4][h], c0[h], -(s0[h] * t1[h]));
+    EACH velocity_y_down[0][h] = FMA(v[4][h], s0[h], c0[h] * t1[h]);
+    EACH out[0][h] += t2[h];
+    EACH out[1][h] += p[24] * (s0[h] * (q[4][h] * c[0]));
+}
+
+static __attribute__((noinline)) void EOM_NAME(energy_3)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    /* link2 to link3, root to tips */
+    const pack *const q = in[0];
+    const pack *const v = in[1];
+    pack *const height_down = work + 0;
+    pack *const velocity_x_down = work + 4;
+    pack *const velocity_y_down = work + 8;
+    for (int k = 0; k < 2; k++) {
+        pack s0, c0; EACH SINCOS_CALL(q[1 + k][h], &s0[h], &c0[h]);
+        pack t1; EACH t1[h] = v[1 + k][h] * q[5 + k][h];
+        pack t2; EACH t2[h] = FMA(v[5 + k][h], (v[5 + k][h] * c[4 + k]), FMA(c[6 + k], FMA(velocity_x_down[k][h], velocity_x_down[k][h], velocity_y_down[k][h] * velocity_y_down[k][h]), v[1 + k][h] * (v[1 + k][h] * (q[5 + k][h] * (q[5 + k][h] * c[4 + k])))));
+        pack t3; EACH t3[h] = q[5 + k][h] * c[2 + k];
+        EACH height_down[1 + k][h] = FMA(q[5 + k][h], s0[h], height_down[k][h]);
+        EACH velocity_x_down[1 + k][h] = FMA(-s0[h], t1[h], FMA(v[5 + k][h], c0[h], velocity_x_down[k][h]));
+        EACH velocity_y_down[1 + k][h] = FMA(c0[h], t1[h], FMA(v[5 + k][h], s0[h], velocity_y_down[k][h]));
+        EACH out[0][h] += FMA(FMA(velocity_x_down[k][h], c0[h], velocity_y_down[k][h] * s0[h]), (v[5 + k][h] * c[2 + k]), FMA(K(0.5), t2[h], FMA(velocity_y_down[k][h], c0[h], -(velocity_x_down[k][h] * s0[h])) * (v[1 + k][h] * t3[h])));
+        EACH out[1][h] += p[24] * FMA(height_down[k][h], c[6 + k], s0[h] * t3[h]);
+    }
+}
+
+static __attribute__((noinline)) void EOM_NAME(energy_4)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    /* link4, root to tips */
+    const pack *const q = in[0];
+    const pack *const v = in[1];
+    pack *const height_down = work + 0;
+    pack *const velocity_x_down = work + 4;
+    pack *const velocity_y_down = work + 8;
+    pack t0; EACH t0[h] = FMA(v[7][h], (v[7][h] * c[9]), FMA(c[10], FMA(velocity_x_down[2][h], velocity_x_down[2][h], velocity_y_down[2][h] * velocity_y_down[2][h]), v[3][h] * (v[3][h] * (q[7][h] * (q[7][h] * c[9])))));
+    pack s1, c1; EACH SINCOS_CALL(q[3][h], &s1[h], &c1[h]);
+    pack t2; EACH t2[h] = q[7][h] * c[8];
+    EACH out[0][h] += FMA(FMA(velocity_x_down[2][h], c1[h], velocity_y_down[2][h] * s1[h]), (v[7][h] * c[8]), FMA(K(0.5), t0[h], FMA(velocity_y_down[2][h], c1[h], -(velocity_x_down[2][h] * s1[h])) * (v[3][h] * t2[h])));
+    EACH out[1][h] += p[24] * FMA(height_down[2][h], c[10], s1[h] * t2[h]);
+}
+
+static void EOM_NAME(energy)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    EOM_NAME(energy_1)(in, p, c, out, work);
+    EOM_NAME(energy_2)(in, p, c, out, work);
+    EOM_NAME(energy_3)(in, p, c, out, work);
+    EOM_NAME(energy_4)(in, p, c, out, work);
+}

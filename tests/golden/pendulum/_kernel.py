@@ -1,0 +1,201 @@
+"""pendulum: equations of motion by the matrix method (eomgen VERSION)
+
+The functions take an array namespace xp (numpy, jax.numpy, ...) and sequences of arrays over states (q[0], q[1],
+...) and return a list of such arrays; the `Function` objects give them the shapes and the broadcasting of
+generalised ufuncs.
+"""
+
+from ._gufunc import Function, pivot_inverse
+
+
+def _forward_dynamics_constants(xp, p):
+    c = [0.0] * 2
+    # constants of accelerations a of M a + h = Q(u)
+    t0 = p[1] * 0.5
+    t1 = p[0] * t0
+    t2 = p[1] * (p[0] * p[1]) / 12.0 + t0 * t1
+    t3 = pivot_inverse(xp, t2, t2)
+    c[0] = t1
+    c[1] = t3
+    return (c,)
+
+
+def _forward_dynamics(xp, q, v, u, p, c):
+    c, = c
+    out = [0.0] * 1
+    # accelerations a of M a + h = Q(u)
+    s0, c0 = xp.sin(q[0]), xp.cos(q[0])
+    out[0] = (u[0] - (p[2] * (q[0] - p[3]) + p[4] * (c[0] * c0))) * c[1]
+    return out
+
+
+forward_dynamics = Function(
+    "forward_dynamics",
+    "forward_dynamics(q, v, u, p)\n\naccelerations a of M a + h = Q(u).",
+    ((1,), (1,), (1,), (5,)),
+    (1,),
+    "(1),(1),(1),(5)->(1)",
+    _forward_dynamics_constants,
+    True,
+    _forward_dynamics,
+    4096,
+    ('float64',),
+)
+forward_dynamics.__module__ = __name__
+
+
+def _inverse_dynamics_constants(xp, p):
+    c = [0.0] * 2
+    # constants of inputs u that give the accelerations a
+    t0 = p[1] * 0.5
+    t1 = p[0] * t0
+    c[0] = t1
+    c[1] = p[1] * (p[0] * p[1]) / 12.0 + t0 * t1
+    return (c,)
+
+
+def _inverse_dynamics(xp, q, v, a, p, c):
+    c, = c
+    out = [0.0] * 1
+    # inputs u that give the accelerations a
+    s0, c0 = xp.sin(q[0]), xp.cos(q[0])
+    out[0] = p[2] * (q[0] - p[3]) + p[4] * (c[0] * c0) + a[0] * c[1]
+    return out
+
+
+inverse_dynamics = Function(
+    "inverse_dynamics",
+    "inverse_dynamics(q, v, a, p)\n\ninputs u that give the accelerations a.",
+    ((1,), (1,), (1,), (5,)),
+    (1,),
+    "(1),(1),(1),(5)->(1)",
+    _inverse_dynamics_constants,
+    True,
+    _inverse_dynamics,
+    4096,
+    ('float64',),
+)
+inverse_dynamics.__module__ = __name__
+
+
+def _mass_matrix_constants(xp, p):
+    c = [0.0] * 1
+    # constants of mass matrix M
+    t0 = p[1] * 0.5
+    c[0] = p[1] * (p[0] * p[1]) / 12.0 + t0 * (p[0] * t0)
+    return (c,)
+
+
+def _mass_matrix(xp, q, p, c):
+    c, = c
+    out = [0.0] * 1
+    # mass matrix M
+    out[0] = c[0]
+    return out
+
+
+mass_matrix = Function(
+    "mass_matrix",
+    "mass_matrix(q, p)\n\nmass matrix M.",
+    ((1,), (5,)),
+    (1, 1),
+    "(1),(5)->(1,1)",
+    _mass_matrix_constants,
+    True,
+    _mass_matrix,
+    4096,
+    ('float64',),
+)
+mass_matrix.__module__ = __name__
+
+
+def _bias_constants(xp, p):
+    c = [0.0] * 1
+    # constants of bias h: M a + h = Q(u)
+    c[0] = p[0] * (p[1] * 0.5)
+    return (c,)
+
+
+def _bias(xp, q, v, p, c):
+    c, = c
+    out = [0.0] * 1
+    # bias h: M a + h = Q(u)
+    s0, c0 = xp.sin(q[0]), xp.cos(q[0])
+    out[0] = p[2] * (q[0] - p[3]) + p[4] * (c[0] * c0)
+    return out
+
+
+bias = Function(
+    "bias",
+    "bias(q, v, p)\n\nbias h: M a + h = Q(u).",
+    ((1,), (1,), (5,)),
+    (1,),
+    "(1),(1),(5)->(1)",
+    _bias_constants,
+    True,
+    _bias,
+    4096,
+    ('float64',),
+)
+bias.__module__ = __name__
+
+
+def _energy_constants(xp, p):
+    c = [0.0] * 3
+    # constants of kinetic and potential energy, J
+    t0 = p[1] * 0.5
+    t1 = p[0] * t0
+    c[0] = t1
+    c[1] = p[1] * (p[0] * p[1]) / 12.0 + t0 * t1
+    c[2] = p[2] * 0.5
+    return (c,)
+
+
+def _energy(xp, q, v, p, c):
+    c, = c
+    out = [0.0] * 2
+    # kinetic and potential energy, J
+    s0, c0 = xp.sin(q[0]), xp.cos(q[0])
+    t1 = q[0] - p[3]
+    out[0] = 0.5 * (v[0] * (v[0] * c[1]))
+    out[1] = p[4] * (c[0] * s0) + c[2] * (t1 * t1)
+    return out
+
+
+energy = Function(
+    "energy",
+    "energy(q, v, p)\n\nkinetic and potential energy, J.",
+    ((1,), (1,), (5,)),
+    (2,),
+    "(1),(1),(5)->(2)",
+    _energy_constants,
+    True,
+    _energy,
+    4096,
+    ('float64',),
+)
+energy.__module__ = __name__
+
+
+def _joints(xp, q, p, c):
+    out = [0.0] * 2
+    # far-end position of every link, m
+    s0, c0 = xp.sin(q[0]), xp.cos(q[0])
+    out[0] = p[1] * c0
+    out[1] = p[1] * s0
+    return out
+
+
+joints = Function(
+    "joints",
+    "joints(q, p)\n\nfar-end position of every link, m.",
+    ((1,), (5,)),
+    (1, 2),
+    "(1),(5)->(1,2)",
+    None,
+    True,
+    _joints,
+    4096,
+    ('float64',),
+)
+joints.__module__ = __name__

@@ -1,0 +1,196 @@
+/* pendulum: equations of motion by the matrix method (eomgen VERSION)
+ *
+ * The kernels of every type, the table through which eomgen_batch.c finds them, and the functions of pendulum.h.
+ */
+#include "pendulum.h"
+
+#include "eomgen_model.h"
+#include "eomgen_real.h"
+
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#pragma GCC diagnostic ignored "-Wpsabi"
+
+#define EOM_REAL f64
+#define scalar eom_f64
+#define EOM_SCALAR_TEXT 1
+#include "pendulum_kernels.h"
+#undef real
+#undef pack
+#undef EACH
+#undef scalar
+#undef R
+#undef K
+#undef FMA
+#undef SINCOS
+#undef SINCOS_CALL
+#undef STREAMS
+#undef PIVOT_INVERSE
+#undef SQRT
+#undef EXP
+#undef LOG
+#undef EOM_SCALAR_TEXT
+#undef EOM_REAL
+
+#define EOM_REAL f64v
+#define scalar eom_f64
+#define EOM_SCALAR_TEXT 0
+#include "pendulum_kernels.h"
+#undef real
+#undef pack
+#undef EACH
+#undef scalar
+#undef R
+#undef K
+#undef FMA
+#undef SINCOS
+#undef SINCOS_CALL
+#undef STREAMS
+#undef PIVOT_INVERSE
+#undef SQRT
+#undef EXP
+#undef LOG
+#undef EOM_SCALAR_TEXT
+#undef EOM_REAL
+
+static const int forward_dynamics_rows[] = {1, 1, 1, 5, 1};
+static const int forward_dynamics_columns[] = {0, 0, 0, 0, 0};
+static const int inverse_dynamics_rows[] = {1, 1, 1, 5, 1};
+static const int inverse_dynamics_columns[] = {0, 0, 0, 0, 0};
+static const int mass_matrix_rows[] = {1, 5, 1};
+static const int mass_matrix_columns[] = {0, 0, 1};
+static const int bias_rows[] = {1, 1, 5, 1};
+static const int bias_columns[] = {0, 0, 0, 0};
+static const int energy_rows[] = {1, 1, 5, 2};
+static const int energy_columns[] = {0, 0, 0, 0};
+static const int joints_rows[] = {1, 5, 1};
+static const int joints_columns[] = {0, 0, 2};
+
+#define EOM_CAST(kernel) ((void (*)(void))(kernel))
+
+const eom_function eom_functions[] = {
+    {"forward_dynamics", "(1),(1),(1),(5)->(1)",
+     "forward_dynamics(q, v, u, p)\n\naccelerations a of M a + h = Q(u).",
+     "(1),(1),(t,1),(5),(),()->(t,1),(t,1)",
+     3, 1, forward_dynamics_rows, forward_dynamics_columns, 2, 0, 1,
+     {EOM_CAST(forward_dynamics_constants_f64), EOM_CAST(forward_dynamics_f64), EOM_CAST(forward_dynamics_f64v)}, {0, 0, 0}, {0, 0, 0}},
+    {"inverse_dynamics", "(1),(1),(1),(5)->(1)",
+     "inverse_dynamics(q, v, a, p)\n\ninputs u that give the accelerations a.",
+     0,
+     3, 1, inverse_dynamics_rows, inverse_dynamics_columns, 2, 0, 0,
+     {EOM_CAST(inverse_dynamics_constants_f64), EOM_CAST(inverse_dynamics_f64), EOM_CAST(inverse_dynamics_f64v)}, {0, 0, 0}, {0, 0, 0}},
+    {"mass_matrix", "(1),(5)->(1,1)",
+     "mass_matrix(q, p)\n\nmass matrix M.",
+     0,
+     1, 1, mass_matrix_rows, mass_matrix_columns, 1, 0, 0,
+     {EOM_CAST(mass_matrix_constants_f64), EOM_CAST(mass_matrix_f64), EOM_CAST(mass_matrix_f64v)}, {0, 0, 0}, {0, 0, 0}},
+    {"bias", "(1),(1),(5)->(1)",
+     "bias(q, v, p)\n\nbias h: M a + h = Q(u).",
+     0,
+     2, 1, bias_rows, bias_columns, 1, 0, 0,
+     {EOM_CAST(bias_constants_f64), EOM_CAST(bias_f64), EOM_CAST(bias_f64v)}, {0, 0, 0}, {0, 0, 0}},
+    {"energy", "(1),(1),(5)->(2)",
+     "energy(q, v, p)\n\nkinetic and potential energy, J.",
+     0,
+     2, 1, energy_rows, energy_columns, 3, 0, 0,
+     {EOM_CAST(energy_constants_f64), EOM_CAST(energy_f64), EOM_CAST(energy_f64v)}, {0, 0, 0}, {0, 0, 0}},
+    {"joints", "(1),(5)->(1,2)",
+     "joints(q, p)\n\nfar-end position of every link, m.",
+     0,
+     1, 1, joints_rows, joints_columns, 0, 0, 0,
+     {0, EOM_CAST(joints_f64), EOM_CAST(joints_f64v)}, {0, 0, 0}, {0, 0, 0}},
+};
+const int eom_function_count = sizeof eom_functions / sizeof eom_functions[0];
+
+const double pendulum_p[5] = {
+    1.5, 0.8, 12.0, 0.25, 9.81
+};
+
+void pendulum_forward_dynamics(const double *q, const double *v, const double *u, const double *p, double *out)
+{
+    const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v, (const pack_f641 *)u};
+    double c[2], work[1];
+    forward_dynamics_constants_f64(p, c);
+    forward_dynamics_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+}
+
+void pendulum_forward_dynamics_batch(size_t states, const double *q, const double *v, const double *u, const double *p, double *out)
+{
+    char *args[] = {(char *)q, (char *)v, (char *)u, (char *)p, (char *)out};
+    const intptr_t dimensions[] = {(intptr_t)states}, steps[] = {8, 8, 8, 0, 8, 8, 8, 8, 8, 8};
+    eom_loop_f64(args, dimensions, steps, (void *)&eom_functions[0]);
+}
+
+void pendulum_inverse_dynamics(const double *q, const double *v, const double *a, const double *p, double *out)
+{
+    const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v, (const pack_f641 *)a};
+    double c[2], work[1];
+    inverse_dynamics_constants_f64(p, c);
+    inverse_dynamics_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+}
+
+void pendulum_inverse_dynamics_batch(size_t states, const double *q, const double *v, const double *a, const double *p, double *out)
+{
+    char *args[] = {(char *)q, (char *)v, (char *)a, (char *)p, (char *)out};
+    const intptr_t dimensions[] = {(intptr_t)states}, steps[] = {8, 8, 8, 0, 8, 8, 8, 8, 8, 8};
+    eom_loop_f64(args, dimensions, steps, (void *)&eom_functions[1]);
+}
+
+void pendulum_mass_matrix(const double *q, const double *p, double *out)
+{
+    const pack_f641 *in[] = {(const pack_f641 *)q};
+    double c[1], work[1];
+    mass_matrix_constants_f64(p, c);
+    mass_matrix_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+}
+
+void pendulum_mass_matrix_batch(size_t states, const double *q, const double *p, double *out)
+{
+    char *args[] = {(char *)q, (char *)p, (char *)out};
+    const intptr_t dimensions[] = {(intptr_t)states}, steps[] = {8, 0, 8, 8, 8, 8, 8};
+    eom_loop_f64(args, dimensions, steps, (void *)&eom_functions[2]);
+}
+
+void pendulum_bias(const double *q, const double *v, const double *p, double *out)
+{
+    const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v};
+    double c[1], work[1];
+    bias_constants_f64(p, c);
+    bias_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+}
+
+void pendulum_bias_batch(size_t states, const double *q, const double *v, const double *p, double *out)
+{
+    char *args[] = {(char *)q, (char *)v, (char *)p, (char *)out};
+    const intptr_t dimensions[] = {(intptr_t)states}, steps[] = {8, 8, 0, 8, 8, 8, 8, 8};
+    eom_loop_f64(args, dimensions, steps, (void *)&eom_functions[3]);
+}
+
+void pendulum_energy(const double *q, const double *v, const double *p, double *out)
+{
+    const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v};
+    double c[3], work[1];
+    energy_constants_f64(p, c);
+    energy_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+}
+
+void pendulum_energy_batch(size_t states, const double *q, const double *v, const double *p, double *out)
+{
+    char *args[] = {(char *)q, (char *)v, (char *)p, (char *)out};
+    const intptr_t dimensions[] = {(intptr_t)states}, steps[] = {8, 8, 0, 16, 8, 8, 8, 8};
+    eom_loop_f64(args, dimensions, steps, (void *)&eom_functions[4]);
+}
+
+void pendulum_joints(const double *q, const double *p, double *out)
+{
+    const pack_f641 *in[] = {(const pack_f641 *)q};
+    double c[1], work[1];
+
+    joints_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+}
+
+void pendulum_joints_batch(size_t states, const double *q, const double *p, double *out)
+{
+    char *args[] = {(char *)q, (char *)p, (char *)out};
+    const intptr_t dimensions[] = {(intptr_t)states}, steps[] = {8, 0, 16, 8, 8, 16, 8};
+    eom_loop_f64(args, dimensions, steps, (void *)&eom_functions[5]);
+}

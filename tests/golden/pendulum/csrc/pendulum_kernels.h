@@ -1,0 +1,175 @@
+/* pendulum: equations of motion by the matrix method (eomgen VERSION)
+ *
+ * The equations, as one text for every type: pendulum.c includes it once for each. `real` is a scalar or a vector of
+ * lanes (a lane is a state), `scalar` its element; FMA, SINCOS, ... are those of eomgen_real.h. Every value is a
+ * `pack` of STREAMS reals that EACH statement computes side by side.
+ *
+ * q[0]  rod.angle (rad)
+ * v[0]  rod.angle_rate (rad/s)
+ * a[0]  rod.angle_acceleration (rad/s^2)
+ * u[0]  rod.torque (N m)
+ * p[0]  rod.mass (kg)
+ * p[1]  rod.length (m)
+ * p[2]  rod.joint_stiffness (N m/rad)
+ * p[3]  rod.joint_rest_angle (rad)
+ * p[4]  gravity (m/s^2)
+ */
+#define real eom_real
+#define pack EOM_JOIN(EOM_NAME(pack), STREAMS)
+#define STREAMS 1
+typedef real pack[1];
+#undef STREAMS
+#define STREAMS EOM_WIDE
+#if EOM_WIDE > 1
+typedef real pack[EOM_WIDE];
+#endif
+#define EACH _Pragma("GCC unroll 2") for (int h = 0; h < STREAMS; h++)
+#define R(x) ((x) - (real){0}) /* a scalar in every lane; a vector as it is */
+#define K(x) ((scalar)(x))
+#define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
+#define SINCOS(x, s, c) eom_sincos(R(x), s, c)
+#define SINCOS_CALL(x, s, c) eom_sincos_call(R(x), s, c)
+#define PIVOT_INVERSE(pivot, reference) eom_pivot_inverse(R(pivot), R(reference))
+#define SQRT(x) eom_sqrt(R(x))
+#define EXP(x) eom_exp(R(x))
+#define LOG(x) eom_log(R(x))
+
+/* ---- forward_dynamics ----
+ * accelerations a of M a + h = Q(u)
+ * (1),(1),(1),(5)->(1)
+ */
+#undef STREAMS
+#define STREAMS EOM_WIDE
+#if EOM_SCALAR_TEXT
+
+static void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *restrict c)
+{
+    pack t0; EACH t0[h] = p[1] * K(0.5);
+    pack t1; EACH t1[h] = p[0] * t0[h];
+    pack t2; EACH t2[h] = FMA(t0[h], t1[h], p[1] * (p[0] * p[1]) / K(12.0));
+    pack t3; EACH t3[h] = PIVOT_INVERSE(t2[h], t2[h]);
+    EACH c[0] = t1[h];
+    EACH c[1] = t3[h];
+}
+
+#endif
+
+static void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    const pack *const q = in[0];
+    const pack *const u = in[2];
+    pack s0, c0; EACH SINCOS(q[0][h], &s0[h], &c0[h]);
+    EACH out[0][h] = (u[0][h] - FMA(p[2], (q[0][h] - p[3]), p[4] * (c[0] * c0[h]))) * c[1];
+}
+
+/* ---- inverse_dynamics ----
+ * inputs u that give the accelerations a
+ * (1),(1),(1),(5)->(1)
+ */
+#undef STREAMS
+#define STREAMS 1
+#if EOM_SCALAR_TEXT
+
+static void EOM_NAME(inverse_dynamics_constants)(const scalar *p, scalar *restrict c)
+{
+    pack t0; EACH t0[h] = p[1] * K(0.5);
+    pack t1; EACH t1[h] = p[0] * t0[h];
+    EACH c[0] = t1[h];
+    EACH c[1] = FMA(t0[h], t1[h], p[1] * (p[0] * p[1]) / K(12.0));
+}
+
+#endif
+
+static void EOM_NAME(inverse_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    const pack *const q = in[0];
+    const pack *const a = in[2];
+    pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
+    EACH out[0][h] = FMA(a[0][h], c[1], FMA(p[2], (q[0][h] - p[3]), p[4] * (c[0] * c0[h])));
+}
+
+/* ---- mass_matrix ----
+ * mass matrix M
+ * (1),(5)->(1,1)
+ */
+#undef STREAMS
+#define STREAMS 1
+#if EOM_SCALAR_TEXT
+
+static void EOM_NAME(mass_matrix_constants)(const scalar *p, scalar *restrict c)
+{
+    pack t0; EACH t0[h] = p[1] * K(0.5);
+    EACH c[0] = FMA(t0[h], (p[0] * t0[h]), p[1] * (p[0] * p[1]) / K(12.0));
+}
+
+#endif
+
+static void EOM_NAME(mass_matrix)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    EACH out[0][h] = R(c[0]);
+}
+
+/* ---- bias ----
+ * bias h: M a + h = Q(u)
+ * (1),(1),(5)->(1)
+ */
+#undef STREAMS
+#define STREAMS 1
+#if EOM_SCALAR_TEXT
+
+static void EOM_NAME(bias_constants)(const scalar *p, scalar *restrict c)
+{
+    EACH c[0] = p[0] * (p[1] * K(0.5));
+}
+
+#endif
+
+static void EOM_NAME(bias)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    const pack *const q = in[0];
+    pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
+    EACH out[0][h] = FMA(p[2], (q[0][h] - p[3]), p[4] * (c[0] * c0[h]));
+}
+
+/* ---- energy ----
+ * kinetic and potential energy, J
+ * (1),(1),(5)->(2)
+ */
+#undef STREAMS
+#define STREAMS 1
+#if EOM_SCALAR_TEXT
+
+static void EOM_NAME(energy_constants)(const scalar *p, scalar *restrict c)
+{
+    pack t0; EACH t0[h] = p[1] * K(0.5);
+    pack t1; EACH t1[h] = p[0] * t0[h];
+    EACH c[0] = t1[h];
+    EACH c[1] = FMA(t0[h], t1[h], p[1] * (p[0] * p[1]) / K(12.0));
+    EACH c[2] = p[2] * K(0.5);
+}
+
+#endif
+
+static void EOM_NAME(energy)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    const pack *const q = in[0];
+    const pack *const v = in[1];
+    pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
+    pack t1; EACH t1[h] = q[0][h] - p[3];
+    EACH out[0][h] = K(0.5) * (v[0][h] * (v[0][h] * c[1]));
+    EACH out[1][h] = FMA(p[4], (c[0] * s0[h]), c[2] * (t1[h] * t1[h]));
+}
+
+/* ---- joints ----
+ * far-end position of every link, m
+ * (1),(5)->(1,2)
+ */
+#undef STREAMS
+#define STREAMS 1
+static void EOM_NAME(joints)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    const pack *const q = in[0];
+    pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
+    EACH out[0][h] = p[1] * c0[h];
+    EACH out[1][h] = p[1] * s0[h];
+}
