@@ -374,7 +374,8 @@ class Data:
         if record is None:
             return "–"
         if record["problem"]:
-            return f"{record['problem']} †" if "expected" in record else str(record["problem"])
+            problem = str(record["problem"])
+            return f"{problem} †" if "expected" in record else one_line(problem, 48)
         return report.seconds(record["seconds"])
 
     def printed(self, method: str, links: int) -> float | None:
@@ -467,6 +468,10 @@ def render(data: Data) -> str:
         parts += filter(None, ratios)
     if any(r["stage"] == CODE for r in data.records):
         parts += ["## Stages", *_stages(data)]
+    failed = [r for r in data.records if r["problem"].startswith("error")]
+    if failed:
+        lines = [f"* {r['stage']}, {r['path']}, {r['links']} {r['kind']} links: {r['problem']}" for r in failed]
+        parts += ["## Failed cells", "\n".join(lines)]
     return "\n\n".join(parts) + "\n"
 
 
@@ -539,8 +544,9 @@ def _ratios(data: Data, kind: str) -> str:
 
 def _stages(data: Data) -> list[str]:
     parts = [
-        "Front end (scene to equations), code generation (equations to the C of `forward_dynamics`: elimination, "
-        "passes, text) and compilation (that C to a module; the wrapper's object exists already)."
+        "Front end (scene to equations), code generation (equations to the C of `forward_dynamics`: elimination, in "
+        "the form that `eomgen compile` chooses for the size, passes, text) and compilation (that C to a module; the "
+        "wrapper's object exists already)."
     ]
     for kind in data.kinds:
         staged = [r for r in data.records if r["kind"] == kind and r["stage"] == CODE]
@@ -617,7 +623,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     )
     parser.add_argument("--links", default="1..50", metavar="A..B", help="a range (default 1..50) or a list: 1,3,10")
     parser.add_argument("--kinds", default=",".join(KINDS), metavar="A,B", help=f"among {', '.join(KINDS)} (all)")
-    parser.add_argument("--quick", action="store_true", help="only the cells of the targets, one run each")
+    parser.add_argument("--quick", action="store_true", help="the cells of the targets, with fewer runs")
     parser.add_argument("--no-contenders", action="store_true", help="eomgen alone")
     parser.add_argument("--limit", type=float, default=60.0, metavar="S", help="seconds for a derivation (60)")
     parser.add_argument("--out", default="results", metavar="DIR", help="output folder (results)")

@@ -27,10 +27,9 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pytest
 
 from bench import report
 from bench.generation.mechanism import NOMINAL, Mechanism, Vector
@@ -44,6 +43,9 @@ from eomgen.ir.expr import Node
 from eomgen.ir.interpret import Floats, PrimeField, evaluate, fingerprint
 from eomgen.model import Model
 from eomgen.scene import Scene
+
+if TYPE_CHECKING:
+    import pytest
 
 METHODS = ("lagrange", "recursive", "matrix", "articulated")
 KINDS = tuple(NOMINAL)
@@ -244,6 +246,8 @@ class Cell:
     def measured(self) -> Iterator[None]:
         """Shows the cell when it is done; what goes wrong in it is its result."""
         name = report.cell_name(self.stage, self.method, self.kind, self.links)
+        import pytest  # here, as a fresh process has no use for it
+
         try:
             yield
         except (AssertionError, BuildError, TimeoutError) as error:

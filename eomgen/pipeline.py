@@ -248,9 +248,8 @@ def _check_out(out: str | os.PathLike[str] | None, force: bool) -> Path | None:
 
 
 def _check_free(place: Path) -> None:
-    """Refuses a folder whose module could not be imported beside one of the same name."""
-    present = sys.modules.get(place.name)
-    if present is not None and getattr(present, "__file__", None) != str(place / "__init__.py"):
+    """Refuses a folder whose module would take the name of another library's; one of ours makes way."""
+    if place.name in sys.modules and place.name not in {loaded.name for loaded in _LOADED}:
         raise UnsupportedError(f"a module named {place.name!r} is already imported; write to a folder of another name")
 
 

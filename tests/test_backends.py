@@ -384,10 +384,7 @@ def test_long_programs_in_pieces(tmp_path: Path, backend: str) -> None:
         (1, "1.0"),
         (-3, "-3.0"),
         (Fraction(1, 2), "0.5"),
-        (Fraction(0.1), "0.1"),
         (10**22, "1e+22"),
-        (Fraction(2) ** -1074, "5e-324"),
-        (Fraction(2) ** 1023, "8.98846567431158e+307"),
     ],
 )
 def test_numbers_that_a_double_holds(value: Fraction, text: str) -> None:

@@ -820,7 +820,7 @@ def test_never_half_written(
         raise OSError(28, "No space left on device")
 
     def stuck(self: Path, target: Path) -> Path:
-        if target == out and "replaced" not in self.parts:
+        if target == out and "old" not in self.parts:
             raise OSError(28, "No space left on device")
         return rename(self, target)
 

@@ -484,7 +484,7 @@ def test_threads(module: ModuleType) -> None:
 def test_package_on_its_own(backend: str, tmp_path: Path) -> None:
     """A written package imports with NumPy alone: where eomgen cannot be imported, with nothing else on the path."""
     path = sys.path.copy()
-    name = f"leg_{backend}"
+    name = f"alone_{backend}"
     module = eomgen.compile(
         CASES["rigid_2"], backend=backend, out=tmp_path / name, functions=["forward_dynamics", "energy"]
     )

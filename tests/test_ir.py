@@ -733,7 +733,7 @@ def test_dump(graph: Graph) -> None:
         "    out[0] = t0 + 1/3",
         "    out[1] = -((t0 - p0) / (q0 - 2))",
         "    out[2] = s1 * c1 - t2",
-        "    out[3] = t3 * (-3)",
+        "    out[3] = (-3) * t3",
         "    out[4] = q0 - (q1 - p0)",
     ]
 
@@ -744,12 +744,12 @@ def test_dump_of_loops(graph: Graph) -> None:
         "  start",
         "    work[0] = 0",
         "  own, k = 0..4",
-        "    sums[0+1 k] = p[0+1 k] * 2",
+        "    sums[k] = 2 * p[k]",
         "  tips to root, k = 0..3",
-        "    sums[table of k] += sums[4-1 k]",
+        "    sums[table of k] += sums[4 - k]",
         "  results, k = 0..4",
-        "    out[4-1 k] = q[1+2 k] * sums[0+1 k]",
-        "    work[0+0 k] += q[1+2 k]",
+        "    out[4 - k] = q[1 + 2 * k] * sums[k]",
+        "    work[0] += q[1 + 2 * k]",
     ]
 
 

@@ -27,7 +27,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "model": {"ir"},
     "passes": {"ir"},
     "backends": {"errors", "ir", "model"},
-    "models": {"backends"},
+    "models": {"backends", "errors"},
     "frontends": {"errors", "ir", "links", "scene"},
     "sensitivity": {"frontends", "ir"},
     "functions": {"errors", "ir", "sensitivity"},

@@ -234,8 +234,8 @@ F = sympy.Function("f")
             "'Pow' is not supported",
         ),
         (lambda: lagrangian(V**2 / 2, sympy.I * Q, [Q], v=[V]), UnsupportedError, "'ImaginaryUnit' is not supported"),
-        (lambda: lagrangian(V**2 / 2, sympy.oo, [Q], v=[V]), UnsupportedError, "'oo' is not finite"),
-        (lambda: lagrangian(V**2 / 2, sympy.nan, [Q], v=[V]), UnsupportedError, "'nan' is not finite"),
+        (lambda: lagrangian(V**2 / 2, sympy.oo, [Q], v=[V]), UnsupportedError, "'oo' is no finite number"),
+        (lambda: lagrangian(V**2 / 2, sympy.nan, [Q], v=[V]), UnsupportedError, "'nan' is no finite number"),
         (lambda: lagrangian(V**2 / 2, sympy.zoo, [Q], v=[V]), UnsupportedError, "is not"),
         (lambda: lagrangian(0, 0, []), OptionError, "no coordinates; give at least one in q"),
         (

@@ -155,7 +155,7 @@ def _measure(tool, make, args, folder):
     exact_error = _error_of_sample(peer, case, got[: len(want)])
     count = peer.states or args.batch
     times = np.array(timed(peer.batch, args.repeats)) / count * 1e9
-    worst = np.fmax(error, exact_error or 0.0)
+    worst = np.maximum(error, exact_error or 0.0)
     wrong = {} if worst < TOLERANCE else {"error": f"wrong answer: scaled error {worst:.1e}"}
     return wrong | {
         "mechanism": args.mechanism,

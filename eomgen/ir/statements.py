@@ -135,9 +135,9 @@ def affine(start: int, stride: int) -> str:
 
 def decimal(value: int | Fraction) -> str:
     """A literal that reads back to the nearest number of any type: shortest if a double holds it exactly."""
-    nearest = float(value)
-    if Fraction(nearest) == value:
-        return repr(nearest)
+    short = repr(float(value))
+    if Fraction(short) == value:
+        return short
     scale = Fraction(value)
     exponent = len(str(abs(scale.numerator))) - len(str(scale.denominator))
     digits = round(scale * Fraction(10) ** (24 - exponent))

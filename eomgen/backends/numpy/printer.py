@@ -28,11 +28,21 @@ class NumPyPrinter:
         if node.op == "pivot_inverse":
             return Text(f"pivot_inverse(xp, {args[0].text}, {args[1].text})", 3, depth, node)
         if node.op in ("sqrt", "exp", "log"):
-            return Text(f"xp.{node.op}({args[0].text})", 3, depth, node)
+            return Text(f"xp.{node.op}({typed(args[0].text)})", 3, depth, node)
         return infix(node, args)
 
     def assign(self, name: str, text: str) -> str:
         return f"{name} = {text}"
 
     def sincos(self, angle: str, sine: str, cosine: str) -> list[str]:
+        angle = typed(angle)
         return [f"{sine}, {cosine} = xp.sin({angle}), xp.cos({angle})"]
+
+
+def typed(text: str) -> str:
+    """The argument of a function; a literal takes the type of the arrays first."""
+    try:
+        float(text)
+    except ValueError:
+        return text
+    return f'number("{text}")'
