@@ -165,7 +165,9 @@ class _Builder:
             link = self.scene.links[i]
             numbers = tuple(value for _, _, value in link.parameters) if self.mechanism.fold else ()
             names = tuple(short for short, _, _ in link.parameters)
-            place = (self.scene.parents[i] < 0, not self.scene.children[i])
+            parent = self.scene.parents[i]
+            shared = parent >= 0 and len(self.scene.children[parent]) > 1
+            place = (parent < 0, shared, not self.scene.children[i])
             return (link.model, link.mode, link.hangs, names, numbers, place)
 
         groups: list[list[int]] = []
@@ -265,7 +267,7 @@ class _Builder:
                 (self._flow_array(w, walk, k), i)
                 for k in range(len(walk.names))
                 for i in several
-                if (w, self.run_of[i], k) in self.flowing
+                if any((w, run, k) in self.flowing for run in self.runs)
             ]
             self.blocks.append(_zeros(places, self.graph))
 

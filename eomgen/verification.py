@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from eomgen import frontends, functions, pipeline
+from eomgen.errors import UnsupportedError
 from eomgen.frontends.mechanism import Mechanism
 from eomgen.ir.equations import Equations
 from eomgen.ir.interpret import Digits, PrimeField, evaluate, fingerprint, run
@@ -20,6 +21,7 @@ from eomgen.ir.program import Program
 from eomgen.scene import Scene
 
 EPS = float(np.finfo(float).eps)
+MOST_LINKS = 24
 POINTS = 2  # random points of the prime field
 
 
@@ -98,7 +100,15 @@ def verify(
         backends: "c", "numpy" or both (default).
         states: random states per function for the measured errors.
         progress: told what is being done.
+
+    Raises:
+        UnsupportedError: the scene is too long to be written out by every method.
     """
+    if len(scene.links) > MOST_LINKS:
+        raise UnsupportedError(
+            f"scene {scene.name!r} has {len(scene.links)} links; verify writes all methods out and compiles them, "
+            f"allowed: up to {MOST_LINKS}"
+        )
     tell = progress or (lambda text: None)
     result = Verification(scene.name)
     found: dict[str, dict[str, list[list[int]]]] = {}
@@ -108,6 +118,8 @@ def verify(
         solver = "articulated" if method == "articulated" else "dense"
         found[method] = _fingerprints(equations)
         built = pipeline.programs(equations, loops=False, solver=solver)
+        if method == "articulated":
+            built += pipeline.programs(equations, loops=True)
         result.programs[method] = all(_kept(program, found[method][program.name]) for program in built)
         for backend in dict.fromkeys(backends or ("c", "numpy")):
             tell(f"errors of {method}, {backend}")

@@ -33,7 +33,7 @@ v_names = {v_names}
 u_names = {u_names}
 w_names = {w_names}
 p_names = {p_names}
-p = numpy.array({p}, dtype=float)
+p = numpy.array({p}, dtype={dtype!r})
 p.flags.writeable = False
 
 backend = {backend!r}
@@ -92,6 +92,7 @@ def init_source(model: Model, backend: str, kernel: str) -> str:
         all=", ".join(repr(name) for name in (*exported, "p", *model.names)),
         p=[float(value) for value in model.p],
         backend=backend,
+        dtype="float64" if "float64" in model.dtypes else model.dtypes[0],
         facts=facts,
         **{name: pprint.pformat(value, width=110) for name, value in model.names.items()},
     )

@@ -22,7 +22,7 @@ from functools import cached_property
 from typing import Protocol
 
 from eomgen.frontends.mechanism import LinkSymbols, Mechanism, MechanismEquations
-from eomgen.ir.equations import Equations, Matrix, Vector
+from eomgen.ir.equations import Equations, Matrix, Vector, lazy
 from eomgen.ir.expr import Graph, Node
 from eomgen.links import Body
 
@@ -409,11 +409,11 @@ class ArticulatedEquations(MechanismEquations):
         free = self.mechanism.scene.free
         return (*(r[angle] for r in results), *(results[i]["length"] for i in free))
 
-    @cached_property
+    @lazy
     def forward_dynamics(self) -> Vector:
         return self._per_coordinate(unroll(self.mechanism, forward_dynamics(self.mechanism)))
 
-    @cached_property
+    @lazy
     def pivots(self) -> list[tuple[str, Node]]:
         """The pivots of the elimination by coordinate, in order."""
         pivots: list[tuple[str, Node]] = []
@@ -424,19 +424,19 @@ class ArticulatedEquations(MechanismEquations):
     def _newton_euler(self) -> list[Results]:
         return unroll(self.mechanism, newton_euler(self.mechanism))
 
-    @cached_property
+    @lazy
     def inverse_dynamics(self) -> Vector:
         return self._per_coordinate(self._newton_euler, "torque")
 
-    @cached_property
+    @lazy
     def prescribed_forces(self) -> Vector:
         return tuple(self._newton_euler[i]["length"] for i in self.mechanism.scene.prescribed)
 
-    @cached_property
+    @lazy
     def bias(self) -> Vector:
         return self._per_coordinate(unroll(self.mechanism, no_accelerations(self.mechanism)))
 
-    @cached_property
+    @lazy
     def bias_parts(self) -> dict[str, Vector]:
         walks = {
             "velocity": inverse_dynamics(self.mechanism, False, False, True, False),
@@ -452,15 +452,15 @@ class ArticulatedEquations(MechanismEquations):
         total = self.graph.sum
         return total(r["kinetic"] for r in results), total(r["potential"] for r in results)
 
-    @cached_property
+    @lazy
     def kinetic(self) -> Node:
         return self._energies[0]
 
-    @cached_property
+    @lazy
     def potential(self) -> Node:
         return self._energies[1]
 
-    @cached_property
+    @lazy
     def mass_matrix(self) -> Matrix:
         """Column by column: the force that a unit acceleration needs at the joint, felt by all links above.
 

@@ -15,7 +15,7 @@ from functools import cached_property
 
 from eomgen.frontends.mechanism import Mechanism, MechanismEquations
 from eomgen.ir.derivative import Tape
-from eomgen.ir.equations import Equations, Matrix, Symbols, Vector
+from eomgen.ir.equations import Equations, Matrix, Symbols, Vector, lazy
 from eomgen.ir.expr import Node
 
 
@@ -39,11 +39,11 @@ class LagrangeEquations(Equations):
         self._positions = (*symbols.q, *(row[0] for row in symbols.w))
         self._rates = (*symbols.v, *(row[1] for row in symbols.w))
 
-    @cached_property
+    @lazy
     def kinetic(self) -> Node:
         return self._kinetic
 
-    @cached_property
+    @lazy
     def potential(self) -> Node:
         return self._gravity + self._springs
 
@@ -51,7 +51,7 @@ class LagrangeEquations(Equations):
     def _momenta(self) -> Tape:
         return Tape(Tape([self._kinetic]).reverse(self._rates))
 
-    @cached_property
+    @lazy
     def mass_matrix(self) -> Matrix:
         n, one = len(self.q), self.graph.one
         columns = [self._momenta.forward({rate: one}) for rate in self.v]
@@ -76,7 +76,7 @@ class LagrangeEquations(Equations):
         damped = Tape([self._dissipation]).reverse(self._rates)
         return tuple(s + d for s, d in zip(stretched, damped, strict=True))
 
-    @cached_property
+    @lazy
     def bias_parts(self) -> dict[str, Vector]:
         n = len(self.q)
         return {
@@ -85,7 +85,7 @@ class LagrangeEquations(Equations):
             "springs": self._spring_forces[:n],
         }
 
-    @cached_property
+    @lazy
     def prescribed_forces(self) -> Vector:
         n = len(self.q)
         pushed = self._momenta.forward(dict(zip(self.v, self.a, strict=True)))

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 
 from eomgen.frontends.mechanism import Mechanism, MechanismEquations
-from eomgen.ir.equations import Equations, Matrix, Vector
+from eomgen.ir.equations import Equations, Matrix, Vector, lazy
 from eomgen.ir.expr import Node
 
 Elements = list[list[Node]]
@@ -142,7 +142,7 @@ class MatrixEquations(MechanismEquations):
     def matrices(self) -> Mapping[str, Matrix | Vector]:
         return _Letters(self)
 
-    @cached_property
+    @lazy
     def mass_matrix(self) -> Matrix:
         free = self.mechanism.scene.free
         top = [(*row, *(self.E[i][k] for k in free)) for i, row in enumerate(self.A)]
@@ -165,7 +165,7 @@ class MatrixEquations(MechanismEquations):
         products = (dot(row, column) for row, column in zip(rows, (squares, mixed, given), strict=True))
         return self.graph.sum(products)
 
-    @cached_property
+    @lazy
     def bias_parts(self) -> dict[str, Vector]:
         mechanism, free = self.mechanism, self.mechanism.scene.free
         m, g = len(mechanism.links), mechanism.gravity
@@ -178,7 +178,7 @@ class MatrixEquations(MechanismEquations):
             "springs": (*torques, *(mechanism.links[i].spring for i in free)),
         }
 
-    @cached_property
+    @lazy
     def prescribed_forces(self) -> Vector:
         links, g = self.mechanism.links, self.mechanism.gravity
         turning = [k.acceleration for k in links]
@@ -192,7 +192,7 @@ class MatrixEquations(MechanismEquations):
             for i in self.mechanism.scene.prescribed
         )
 
-    @cached_property
+    @lazy
     def kinetic(self) -> Node:
         """½ [φ̇ ṡ] [[A, E], [Eᵀ, G]] [φ̇ ṡ]ᵀ"""
         links = self.mechanism.links
@@ -203,7 +203,7 @@ class MatrixEquations(MechanismEquations):
             total = total + slide[i] * dot(self.G[i], slide)
         return total / 2
 
-    @cached_property
+    @lazy
     def potential(self) -> Node:
         """g Σ P sin φ and the springs' ½ k x²"""
         links, parents = self.mechanism.links, self.mechanism.parents

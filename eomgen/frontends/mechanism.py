@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from eomgen.ir.equations import Equations, Matrix, Symbols, Vector
+from eomgen.ir.equations import Equations, Matrix, Symbols, Vector, lazy
 from eomgen.ir.expr import Graph, Node
 from eomgen.links import Affine, Body, affine
 from eomgen.scene import Link, Scene
@@ -244,6 +244,6 @@ class MechanismEquations(Equations):
     def elimination_order(self) -> Sequence[int]:
         return self.mechanism.coordinate_order
 
-    @cached_property
+    @lazy
     def joints(self) -> Matrix:
         return self.mechanism.far_ends

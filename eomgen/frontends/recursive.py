@@ -14,7 +14,7 @@ from functools import cached_property
 
 from eomgen.errors import OptionError
 from eomgen.frontends.mechanism import LinkSymbols, Mechanism, MechanismEquations
-from eomgen.ir.equations import Equations, Matrix, Vector
+from eomgen.ir.equations import Equations, Matrix, Vector, lazy
 from eomgen.ir.expr import Node
 from eomgen.scene import AnyLink, Scene
 
@@ -111,7 +111,7 @@ class RecursiveEquations(MechanismEquations):
             for name, rows in zip("ABDEGHΛ", (A, B, D, E, G, H, Lambda), strict=True)
         }
 
-    @cached_property
+    @lazy
     def mass_matrix(self) -> Matrix:
         free, squares = self.mechanism.scene.free, self._squares
         A, E, G = squares["A"], squares["E"], squares["G"]
@@ -153,7 +153,7 @@ class RecursiveEquations(MechanismEquations):
         """The prescribed s̈ of a link, zero for other lengths."""
         return link.length_acceleration if link.varies and not link.free else self.graph.zero
 
-    @cached_property
+    @lazy
     def bias_parts(self) -> dict[str, Vector]:
         g, (C, K), links = self.mechanism.gravity, self._weights, self.mechanism.links
         springs = [self.graph.zero] * len(links)
@@ -167,7 +167,7 @@ class RecursiveEquations(MechanismEquations):
             "springs": self._forces(springs, [k.spring for k in links]),
         }
 
-    @cached_property
+    @lazy
     def prescribed_forces(self) -> Vector:
         links, total = self.mechanism.links, self.graph.sum
         E, G, K = self._squares["E"], self._squares["G"], self._weights[1]
@@ -180,7 +180,7 @@ class RecursiveEquations(MechanismEquations):
             for i in self.mechanism.scene.prescribed
         )
 
-    @cached_property
+    @lazy
     def kinetic(self) -> Node:
         """Every link adds ½ m V² + V · (S φ̇ n + S' ṡ u) + ½ (T φ̇² + S'' ṡ²), V the velocity of its joint.
 
@@ -201,7 +201,7 @@ class RecursiveEquations(MechanismEquations):
             ends.append((vx + slide * link.cos - turn * link.sin, vy + slide * link.sin + turn * link.cos))
         return total
 
-    @cached_property
+    @lazy
     def potential(self) -> Node:
         """Every link adds g (m y + S sin φ), y the height of its joint, and its springs' energy."""
         heights: list[Node] = []

@@ -17,11 +17,36 @@ its link and reacts on the parent, so Q of an angle is the link's own torque les
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import gc
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any, TypeVar
 
 from eomgen.ir.expr import Graph, Node
+
+T = TypeVar("T")
+
+
+class lazy(cached_property[T]):  # noqa: N801 (used like cached_property)
+    """A cached property that is built with the garbage collector paused.
+
+    A graph makes many objects and no garbage; searching it for garbage would take as long as making it.
+    """
+
+    def __init__(self, build: Callable[[Any], T]) -> None:
+        def paused(owner: Any) -> T:
+            if not gc.isenabled():
+                return build(owner)
+            gc.disable()
+            try:
+                return build(owner)
+            finally:
+                gc.enable()
+
+        super().__init__(paused)
+        self.__doc__ = build.__doc__
+
 
 Vector = tuple[Node, ...]
 Matrix = tuple[tuple[Node, ...], ...]
@@ -82,37 +107,37 @@ class Equations:
         self.q, self.v, self.a, self.u = symbols.q, symbols.v, symbols.a, symbols.u
         self.w, self.p = symbols.w, symbols.p
 
-    @cached_property
+    @lazy
     def mass_matrix(self) -> Matrix:
         """M, (n, n)."""
         raise NotImplementedError
 
-    @cached_property
+    @lazy
     def bias_parts(self) -> dict[str, Vector]:
         """The parts of the bias: "velocity" (with the motion of prescribed lengths), "gravity", "springs"."""
         raise NotImplementedError
 
-    @cached_property
+    @lazy
     def bias(self) -> Vector:
         """h, (n,): the sum of its parts."""
         return tuple(self.graph.sum(parts) for parts in zip(*self.bias_parts.values(), strict=True))
 
-    @cached_property
+    @lazy
     def kinetic(self) -> Node:
         """Kinetic energy, J."""
         raise NotImplementedError
 
-    @cached_property
+    @lazy
     def potential(self) -> Node:
         """Potential energy of gravity and springs, J."""
         raise NotImplementedError
 
-    @cached_property
+    @lazy
     def joints(self) -> Matrix:
         """Positions of the links' far ends, (m, 2), m."""
         raise NotImplementedError
 
-    @cached_property
+    @lazy
     def prescribed_forces(self) -> Vector:
         """Forces along the prescribed lengths, (k,), N."""
         return ()
@@ -142,7 +167,7 @@ class Equations:
         """The inverse of `generalised_force`: u that exerts a given Q."""
         return tuple(force)
 
-    @cached_property
+    @lazy
     def forward_dynamics(self) -> Vector:
         """Accelerations a of M a = Q(u) - h, by elimination of the deepest coordinate first."""
         right = [Q - h for Q, h in zip(self.generalised_force(self.u), self.bias, strict=True)]
@@ -153,7 +178,7 @@ class Equations:
         """Coordinates, the first to be eliminated first."""
         return range(len(self.q) - 1, -1, -1)
 
-    @cached_property
+    @lazy
     def inverse_dynamics(self) -> Vector:
         """u that gives the accelerations a: Q(u) = M a + h."""
         total = self.graph.sum

@@ -56,19 +56,19 @@ class Node:
         self.name = name
 
     def __add__(self, other: Operand) -> Node:
-        return self.graph.add(self, self.graph.node(other))
+        return self.graph.add(self, other if other.__class__ is Node else self.graph.constant(other))  # type: ignore[arg-type]
 
     def __radd__(self, other: Operand) -> Node:
         return self.graph.add(self.graph.node(other), self)
 
     def __sub__(self, other: Operand) -> Node:
-        return self.graph.sub(self, self.graph.node(other))
+        return self.graph.sub(self, other if other.__class__ is Node else self.graph.constant(other))  # type: ignore[arg-type]
 
     def __rsub__(self, other: Operand) -> Node:
         return self.graph.sub(self.graph.node(other), self)
 
     def __mul__(self, other: Operand) -> Node:
-        return self.graph.mul(self, self.graph.node(other))
+        return self.graph.mul(self, other if other.__class__ is Node else self.graph.constant(other))  # type: ignore[arg-type]
 
     def __rmul__(self, other: Operand) -> Node:
         return self.graph.mul(self.graph.node(other), self)
@@ -92,12 +92,14 @@ class Graph:
     """A table of interned nodes. Graphs share nothing, so a new graph is a cold start."""
 
     def __init__(self) -> None:
-        self._nodes: dict[object, Node] = {}
+        self._count = 0
+        self._leaves: dict[int | Fraction | str, Node] = {}
+        self._operations: dict[str, dict[tuple[Node, ...], Node]] = {op: {} for op in (*UNARY, *BINARY)}
         self.zero = self.constant(0)
         self.one = self.constant(1)
 
     def __len__(self) -> int:
-        return len(self._nodes)
+        return self._count
 
     def node(self, operand: Operand) -> Node:
         """The operand itself if it is a node, otherwise its constant."""
@@ -115,34 +117,27 @@ class Graph:
             number = Fraction(number)
         if isinstance(number, Fraction) and number.denominator == 1:
             number = number.numerator
-        found = self._nodes.get(number)
+        found = self._leaves.get(number)
         if found is None:
-            found = Node(self, len(self._nodes), "constant", value=number)
-            self._nodes[number] = found
+            found = self._leaves[number] = Node(self, self._count, "constant", value=number)
+            self._count += 1
         return found
 
     def symbol(self, name: str) -> Node:
         """The symbol of this name."""
-        found = self._nodes.get(name)
+        found = self._leaves.get(name)
         if found is None:
-            found = Node(self, len(self._nodes), "symbol", name=name)
-            self._nodes[name] = found
+            found = self._leaves[name] = Node(self, self._count, "symbol", name=name)
+            self._count += 1
         return found
 
-    def _binary(self, op: str, a: Node, b: Node) -> Node:
-        key = (op, a, b)
-        found = self._nodes.get(key)
+    def _made(self, op: str, args: tuple[Node, ...]) -> Node:
+        """The operation on these operands, as it stands."""
+        table = self._operations[op]
+        found = table.get(args)
         if found is None:
-            found = Node(self, len(self._nodes), op, (a, b))
-            self._nodes[key] = found
-        return found
-
-    def _unary(self, op: str, a: Node) -> Node:
-        key = (op, a)
-        found = self._nodes.get(key)
-        if found is None:
-            found = Node(self, len(self._nodes), op, (a,))
-            self._nodes[key] = found
+            found = table[args] = Node(self, self._count, op, args)
+            self._count += 1
         return found
 
     def add(self, a: Node, b: Node) -> Node:
@@ -157,7 +152,7 @@ class Graph:
             return self.sub(b, a.args[0])
         if a.op == "constant" and b.op == "constant":
             return self.constant(a.value + b.value)
-        return self._binary("add", a, b) if a.id <= b.id else self._binary("add", b, a)
+        return self._made("add", (a, b) if a.id <= b.id else (b, a))
 
     def sub(self, a: Node, b: Node) -> Node:
         """a - b"""
@@ -174,8 +169,8 @@ class Graph:
                 return self.neg(b)
         if a.op == "neg":
             return self.neg(self.add(a.args[0], b))
-        reverse = self._nodes.get(("sub", b, a))
-        return self._binary("sub", a, b) if reverse is None else self.neg(reverse)
+        reverse = self._operations["sub"].get((b, a))
+        return self._made("sub", (a, b)) if reverse is None else self.neg(reverse)
 
     def mul(self, a: Node, b: Node) -> Node:
         """a b"""
@@ -186,14 +181,14 @@ class Graph:
                 return b if a is self.one else a
             if a.value == -1:
                 return self.neg(b)
-            return self.neg(self.mul(a, b.args[0])) if b.op == "neg" else self._binary("mul", a, b)
+            return self.neg(self.mul(a, b.args[0])) if b.op == "neg" else self._made("mul", (a, b))
         if b.op == "constant":
             return self.mul(b, a)
         if a.op == "neg":
             return self.neg(self.mul(a.args[0], b))
         if b.op == "neg":
             return self.neg(self.mul(a, b.args[0]))
-        return self._binary("mul", a, b) if a.id <= b.id else self._binary("mul", b, a)
+        return self._made("mul", (a, b) if a.id <= b.id else (b, a))
 
     def div(self, a: Node, b: Node) -> Node:
         """a / b
@@ -213,41 +208,41 @@ class Graph:
             return self.neg(self.div(a.args[0], b))
         if b.op == "neg":
             return self.neg(self.div(a, b.args[0]))
-        return self._binary("div", a, b)
+        return self._made("div", (a, b))
 
     def neg(self, a: Node) -> Node:
         """-a"""
         if a.op == "constant":
             return self.constant(-a.value)
-        return a.args[0] if a.op == "neg" else self._unary("neg", a)
+        return a.args[0] if a.op == "neg" else self._made("neg", (a,))
 
     def sin(self, a: Node) -> Node:
         """sin a, a in radians"""
         if a is self.zero:
             return a
-        return self.neg(self.sin(a.args[0])) if a.op == "neg" else self._unary("sin", a)
+        return self.neg(self.sin(a.args[0])) if a.op == "neg" else self._made("sin", (a,))
 
     def cos(self, a: Node) -> Node:
         """cos a, a in radians"""
         if a is self.zero:
             return self.one
-        return self.cos(a.args[0]) if a.op == "neg" else self._unary("cos", a)
+        return self.cos(a.args[0]) if a.op == "neg" else self._made("cos", (a,))
 
     def sqrt(self, a: Node) -> Node:
         """√a"""
-        return a if a is self.zero or a is self.one else self._unary("sqrt", a)
+        return a if a is self.zero or a is self.one else self._made("sqrt", (a,))
 
     def exp(self, a: Node) -> Node:
         """eᵃ"""
-        return self.one if a is self.zero else self._unary("exp", a)
+        return self.one if a is self.zero else self._made("exp", (a,))
 
     def log(self, a: Node) -> Node:
         """The natural logarithm of a."""
-        return self.zero if a is self.one else self._unary("log", a)
+        return self.zero if a is self.one else self._made("log", (a,))
 
     def pivot_inverse(self, pivot: Node, reference: Node) -> Node:
         """1/pivot, or NaN where the pivot is not safely positive beside the reference."""
-        return self._binary("pivot_inverse", pivot, reference)
+        return self._made("pivot_inverse", (pivot, reference))
 
     def power(self, a: Node, exponent: int) -> Node:
         """a to an integer power, by repeated squaring."""

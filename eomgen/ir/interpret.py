@@ -100,6 +100,8 @@ def _run_once(
     """Iteration k of a block."""
 
     def label(node: Node) -> str:
+        if node not in block.loads:  # behind a value that another block computed
+            return node.name
         place = block.loads[node]
         return names[place.array][place.indices[k]]
 

@@ -43,7 +43,7 @@ class Printer(Protocol):
     def constant(self, node: Node) -> Text: ...
     def operation(self, node: Node, args: list[Text]) -> Text: ...
     def assign(self, name: str, text: str) -> str: ...
-    def sincos(self, angle: str, sine: str, cosine: str) -> list[str]: ...
+    def sincos(self, angle: str, sine: str | None, cosine: str | None) -> list[str]: ...
 
 
 def statements(block: Block, printer: Printer, index: Callable[[Node], str]) -> tuple[list[str], dict[Node, Text]]:
@@ -85,11 +85,15 @@ def statements(block: Block, printer: Printer, index: Callable[[Node], str]) -> 
             continue
         if node.op == "sin" or node.op == "cos":
             angle = node.args[0]
-            sine, cosine = f"s{counter}", f"c{counter}"
+            twins = {angle.graph.sin(angle): f"s{counter}", angle.graph.cos(angle): f"c{counter}"}
             counter += 1
-            lines += printer.sincos(text_of(angle).text, sine, cosine)
-            for twin, name in ((angle.graph.sin(angle), sine), (angle.graph.cos(angle), cosine)):
-                texts.setdefault(twin, Text(printer.named(name), 3, 0, twin))
+            names = [name if twin in uses and twin not in block.loads else None for twin, name in twins.items()]
+            lines += printer.sincos(text_of(angle).text, *names)
+            texts |= {
+                twin: Text(printer.named(name), 3, 0, twin)
+                for twin, name in zip(twins, names, strict=True)
+                if name is not None
+            }
             continue
         printed = printer.operation(node, [text_of(arg) for arg in node.args])
         if node.op != "neg" and (uses[node] > 1 or node.op in NAMED or printed.depth >= DEPTH):

@@ -31,8 +31,9 @@ class PlainPrinter:
     def assign(self, name: str, text: str) -> str:
         return f"{name} = {text}"
 
-    def sincos(self, angle: str, sine: str, cosine: str) -> list[str]:
-        return [f"{sine} = sin({angle})", f"{cosine} = cos({angle})"]
+    def sincos(self, angle: str, sine: str | None, cosine: str | None) -> list[str]:
+        pairs = ((sine, "sin"), (cosine, "cos"))
+        return [f"{name} = {function}({angle})" for name, function in pairs if name]
 
 
 def dump(program: Program) -> str:

@@ -152,9 +152,11 @@ def _wrapper(tools: Toolchain) -> Path:
     def make(folder: Path) -> None:
         cache.write(folder, files)
         compiler = [*tools.command, *tools.flags]
-        _run(folder, [sys.executable, "-m", "cython", "-3", "_kernel.pyx", "-o", "_kernel.c"])
-        _run(folder, [*compiler, "-O1", *include, "-c", "_kernel.c", "-o", "_kernel.o"])
-        _run(folder, [*compiler, "-O3", "-c", "eomgen_batch.c", "-o", "eomgen_batch.o"])
+        with ThreadPoolExecutor(1) as pool:
+            batch = pool.submit(_run, folder, [*compiler, "-O2", "-c", "eomgen_batch.c", "-o", "eomgen_batch.o"])
+            _run(folder, [sys.executable, "-m", "cython", "-3", "_kernel.pyx", "-o", "_kernel.c"])
+            _run(folder, [*compiler, "-O1", *include, "-c", "_kernel.c", "-o", "_kernel.o"])
+            batch.result()
 
     return cache.publish(cache.folder() / "wrapper" / key, make)
 

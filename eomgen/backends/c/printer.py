@@ -72,5 +72,6 @@ class CPrinter:
     def assign(self, name: str, text: str) -> str:
         return f"pack {name}; EACH {name}[h] = {text};"
 
-    def sincos(self, angle: str, sine: str, cosine: str) -> list[str]:
+    def sincos(self, angle: str, sine: str | None, cosine: str | None) -> list[str]:
+        sine, cosine = sine or f"{cosine}_sin", cosine or f"{sine}_cos"
         return [f"pack {sine}, {cosine}; EACH {self.function}({angle}, &{sine}[h], &{cosine}[h]);"]

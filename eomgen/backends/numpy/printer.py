@@ -34,9 +34,9 @@ class NumPyPrinter:
     def assign(self, name: str, text: str) -> str:
         return f"{name} = {text}"
 
-    def sincos(self, angle: str, sine: str, cosine: str) -> list[str]:
-        angle = typed(angle)
-        return [f"{sine}, {cosine} = xp.sin({angle}), xp.cos({angle})"]
+    def sincos(self, angle: str, sine: str | None, cosine: str | None) -> list[str]:
+        pairs = ((sine, "sin"), (cosine, "cos"))
+        return [f"{name} = xp.{function}({typed(angle)})" for name, function in pairs if name]
 
 
 def typed(text: str) -> str:

@@ -49,6 +49,8 @@ static int eom_operands(const eom_function *f, char **args, const intptr_t *step
 #define EOM_PASTE_(a, b) a##b
 #define EOM_PASTE(a, b) EOM_PASTE_(a, b)
 
+#define EOM_UNROLLED _Pragma("GCC unroll 8")
+
 /* Square transposes of doubles by exchanging halves, quarters, ... of pairs of vectors. */
 #if EOM_HAS(__builtin_shufflevector) && EOM_LANES_F64 == 8
 #define EOM_SWAP(a, b, l0, l1, l2, l3, l4, l5, l6, l7, h0, h1, h2, h3, h4, h5, h6, h7)                                  \
@@ -62,10 +64,10 @@ static int eom_operands(const eom_function *f, char **args, const intptr_t *step
 #define EOM_SWAP1(a, b) EOM_SWAP(a, b, 0, 8, 2, 10, 4, 12, 6, 14, 1, 9, 3, 11, 5, 13, 7, 15)
 EOM_INLINE void eom_transpose_f64(eom_f64v t[8])
 {
-    for (int i = 0; i < 4; i++) EOM_SWAP4(t[i], t[i + 4]);
-    for (int i = 0; i < 8; i += 4)
-        for (int j = i; j < i + 2; j++) EOM_SWAP2(t[j], t[j + 2]);
-    for (int i = 0; i < 8; i += 2) EOM_SWAP1(t[i], t[i + 1]);
+    EOM_UNROLLED for (int i = 0; i < 4; i++) EOM_SWAP4(t[i], t[i + 4]);
+    EOM_UNROLLED for (int i = 0; i < 8; i += 4)
+        EOM_UNROLLED for (int j = i; j < i + 2; j++) EOM_SWAP2(t[j], t[j + 2]);
+    EOM_UNROLLED for (int i = 0; i < 8; i += 2) EOM_SWAP1(t[i], t[i + 1]);
 }
 #define EOM_TRANSPOSE eom_transpose_f64
 #elif EOM_HAS(__builtin_shufflevector) && EOM_LANES_F64 == 4

@@ -26,6 +26,17 @@ static void FN(eom_scatter)(const eom_operand *o, char *state, const SCALAR *fro
             *(SCALAR *)(state + i * o->row + j * o->column) = from[(i * o->columns + j) * spacing];
 }
 
+/* No memory: every result is NaN, and the flag `invalid` is raised. */
+static void FN(eom_fail)(const eom_operand *o, intptr_t states)
+{
+    volatile SCALAR zero = 0;
+    SCALAR nan = zero / zero;
+    for (intptr_t state = 0; state < states; state++)
+        for (int i = 0; i < o->rows; i++)
+            for (int j = 0; j < o->columns; j++)
+                *(SCALAR *)(o->base + state * o->step + i * o->row + j * o->column) = nan;
+}
+
 /* One state at a time; elements that are adjacent are used where they are. */
 static void FN(eom_run_one)(const eom_function *f, const eom_kernels *k, const eom_operand *operand, intptr_t first,
                             intptr_t last, const SCALAR *p, SCALAR *c, int fresh, SCALAR *buffer)
@@ -108,16 +119,17 @@ static void FN(eom_load_rows)(const SCALAR *first, int n, intptr_t step, VECTOR 
     if (n >= EOM_WIDTH) {
         for (int e = 0; e < n; e += EOM_WIDTH) {
             if (e > n - EOM_WIDTH) e = n - EOM_WIDTH;
-            for (int lane = 0; lane < EOM_WIDTH; lane++) memcpy(&tile[lane], first + lane * step + e, sizeof(VECTOR));
+            EOM_UNROLLED for (int lane = 0; lane < EOM_WIDTH; lane++)
+                memcpy(&tile[lane], first + lane * step + e, sizeof(VECTOR));
             EOM_TRANSPOSE(tile);
-            for (int k = 0; k < EOM_WIDTH; k++) to[(e + k) * streams] = tile[k];
+            EOM_UNROLLED for (int k = 0; k < EOM_WIDTH; k++) to[(e + k) * streams] = tile[k];
         }
         return;
     }
     int last = EOM_WIDTH * n - EOM_WIDTH; /* the last place from which a whole tile can be read */
     SCALAR ends[2 * EOM_WIDTH];
     memcpy(ends, first + last, EOM_WIDTH * sizeof(SCALAR));
-    for (int lane = 0; lane < EOM_WIDTH; lane++)
+    EOM_UNROLLED for (int lane = 0; lane < EOM_WIDTH; lane++)
         memcpy(&tile[lane], lane * n <= last ? first + lane * n : ends + (lane * n - last), sizeof(VECTOR));
     EOM_TRANSPOSE(tile);
     for (int k = 0; k < n; k++) to[k * streams] = tile[k];
@@ -135,15 +147,16 @@ static void FN(eom_store_rows)(SCALAR *first, int n, intptr_t step, const VECTOR
     if (n >= EOM_WIDTH) {
         for (int e = 0; e < n; e += EOM_WIDTH) {
             if (e > n - EOM_WIDTH) e = n - EOM_WIDTH;
-            for (int k = 0; k < EOM_WIDTH; k++) tile[k] = from[(e + k) * streams];
+            EOM_UNROLLED for (int k = 0; k < EOM_WIDTH; k++) tile[k] = from[(e + k) * streams];
             EOM_TRANSPOSE(tile);
-            for (int lane = 0; lane < EOM_WIDTH; lane++) memcpy(first + lane * step + e, &tile[lane], sizeof(VECTOR));
+            EOM_UNROLLED for (int lane = 0; lane < EOM_WIDTH; lane++)
+                memcpy(first + lane * step + e, &tile[lane], sizeof(VECTOR));
         }
         return;
     }
-    for (int k = 0; k < EOM_WIDTH; k++) tile[k] = from[(k < n ? k : 0) * streams];
+    EOM_UNROLLED for (int k = 0; k < EOM_WIDTH; k++) tile[k] = from[(k < n ? k : 0) * streams];
     EOM_TRANSPOSE(tile);
-    for (int lane = 0; lane < EOM_WIDTH; lane++) {
+    EOM_UNROLLED for (int lane = 0; lane < EOM_WIDTH; lane++) {
         /* What is written past a row's end is written again by the rows after it. */
         if (lane * n + EOM_WIDTH <= EOM_WIDTH * n)
             memcpy(first + lane * n, &tile[lane], sizeof(VECTOR));
@@ -236,7 +249,10 @@ void FN(eom_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps
     SCALAR *buffer = (SCALAR *)stack;
     if (bytes > sizeof stack) {
         buffer = aligned_alloc(64, (bytes + 63) / 64 * 64);
-        if (!buffer) abort();
+        if (!buffer) {
+            FN(eom_fail)(&operand[f->inputs + 1], states);
+            return;
+        }
     }
     SCALAR *c = buffer + block, *p_copy = c + f->constants;
     const SCALAR *p = (const SCALAR *)parameters->base;
@@ -337,7 +353,14 @@ static void FN(eom_rollout)(char **args, const intptr_t *dimensions, const intpt
     size_t each = (size_t)8 * n + f->rows[2] + 6 * k + f->work, bytes;
     bytes = (each * lanes + f->constants + p_operand->size + 64) * sizeof(SCALAR);
     SCALAR *buffer = aligned_alloc(64, (bytes + 63) / 64 * 64);
-    if (!buffer) abort();
+    if (!buffer) {
+        for (int i = 0; i < 2; i++)
+            for (intptr_t j = 0; j < intervals; j++) {
+                FN(eom_fail)(&result[i], states);
+                result[i].base += next[EOM_MAX_INPUTS + i];
+            }
+        return;
+    }
     SCALAR *c = buffer + each * lanes, *p_copy = c + f->constants;
     for (intptr_t state = 0; state < states; state += lanes) {
         if (state == 0 || fresh) {

@@ -1,0 +1,487 @@
+"""Loops over links: the same functions as straight-line code, in text that does not grow with the links."""
+
+import importlib
+import itertools
+import random
+import re
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+import eomgen
+from bench.cases import ALONG, CASES, JOINT, State, line, random_state, tree
+from eomgen import backends, choice, functions, loops, passes, pipeline
+from eomgen.backends import BACKENDS
+from eomgen.catalog import chain
+from eomgen.errors import EomgenError, OptionError, UnsupportedError
+from eomgen.frontends.articulated import ArticulatedEquations
+from eomgen.functions import FUNCTIONS
+from eomgen.ir.count import operations, program_operations
+from eomgen.ir.equations import Equations
+from eomgen.ir.interpret import PrimeField, run
+from eomgen.ir.program import Program
+from eomgen.ir.text import dump
+from eomgen.scene import LINK_TYPES, Scene
+from tests.conftest import Compiled
+from tests.exact import differences, exact_groups, results
+
+c_emit = importlib.import_module("eomgen.backends.c.emit")  # the package has a function of this name
+LINEAR = ["forward_dynamics", "inverse_dynamics", "bias", "energy", "joints"]
+METHODS = ["lagrange", "recursive", "matrix"]
+
+
+def articulated(scene: Scene, fold: bool = False) -> ArticulatedEquations:
+    """The equations that can become loops."""
+    equations = eomgen.derive(scene, "articulated", fold)
+    assert isinstance(equations, ArticulatedEquations)
+    return equations
+
+
+def repeats(program: Program) -> bool:
+    """Whether a program has a loop."""
+    return any(block.count > 1 for block in (*program.constants, *program.blocks, *program.columns))
+
+
+# Equal to straight-line code
+
+
+def assert_loops_are_exact(scene: Scene, fold: bool = False) -> None:
+    """Every function as loops, before and after the passes, against the equations written out, in a prime field."""
+    equations, field = articulated(scene, fold), PrimeField()
+    expected = exact_groups(results(equations))
+    found, hoisted = {}, {}
+    for name in expected:
+        program = loops.program(equations.mechanism, name)
+        inputs = {a.name: [field.random(symbol) for symbol in a.symbols] for a in program.inputs}
+        found[name] = run(program, inputs, field)
+        hoisted[name] = run(passes.run(program), inputs, field)
+    assert not differences(expected, found)
+    assert not differences(expected, hoisted)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_cases(case: str) -> None:
+    assert_loops_are_exact(CASES[case])
+
+
+@pytest.mark.parametrize("case", ["models_5", "hanging_branch", "springs", "centers", "walker_rods_prescribed"])
+def test_folded_numbers(case: str) -> None:
+    assert_loops_are_exact(CASES[case], fold=True)
+
+
+def random_tree(seed: int) -> Scene:
+    """A tree of up to 14 links in which neighbours are often of one kind, so that runs are long and branch."""
+    numbers = random.Random(seed)
+    count = numbers.randint(4, 14)
+    few = numbers.sample(sorted(LINK_TYPES), k=numbers.choice([1, 1, 2]))
+    back = numbers.choice([1, 2, 4, count])
+    parents = [max(-1, i - numbers.randint(1, back)) if numbers.random() < 0.9 else -1 for i in range(count)]
+    models = [numbers.choice(few)] * count
+    for i in range(count):
+        models[i] = numbers.choice(few) if numbers.random() < 0.2 else models[i - 1]
+    # A length that moves no mass would make the scene singular, so tips do not hang.
+    hanging = [i for i in range(count) if i in parents and numbers.random() < 0.15]
+    lengths = [None if model == "rigid" else numbers.choice(["free", "prescribed", 0.6]) for model in models]
+    springs = {
+        i: {**(ALONG if isinstance(lengths[i], str) else {}), **JOINT} for i in range(count) if numbers.random() < 0.2
+    }
+    return tree("random", parents, models, lengths, hanging, numbers.choice([9.81, 0.0]), springs)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_random_trees(seed: int) -> None:
+    assert_loops_are_exact(random_tree(seed), fold=seed % 3 == 0)
+
+
+@pytest.mark.parametrize(
+    "parents",
+    [
+        (-1, 0, 0, 1, 2, 2),  # tips of one run: some alone on their parent, some not
+        (-1, 0, 0, 1, 1, 2),
+        (-1, -1, 0, 1, 1, 2, 3, 4),
+        (-1, 0, 1, 2, 0, 4, 5, 0, 7, 8),  # three legs
+        (-1, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6),  # a binary tree
+        (-1, 0, 1, 2, 3, 1, 5, 6, 3, 8),
+        (-1, -1, -1, 0, 1, 2, 3, 4, 5),  # three chains side by side
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("model", ["rigid", "telescopic"])
+def test_branches_of_one_kind(model: str, parents: Sequence[int]) -> None:
+    assert_loops_are_exact(tree("branches", parents, model))
+
+
+def test_a_longer_chain() -> None:
+    """Beyond what anyone would write out: 150 links, forward dynamics and its inverse."""
+    equations, field = articulated(chain(150, "elastic-rod")), PrimeField()
+    expected = exact_groups({name: results(equations)[name] for name in ("forward_dynamics", "inverse_dynamics")})
+    for program in pipeline.programs(equations, list(expected)):
+        assert repeats(program)
+        inputs = {a.name: [field.random(symbol) for symbol in a.symbols] for a in program.inputs}
+        assert run(program, inputs, field) == expected[program.name]
+
+
+# Compiled
+
+
+def call(module: ModuleType, name: str, states: State) -> np.ndarray:
+    """A function of a module by name at some states."""
+    return np.asarray(getattr(module, name)(*states.of(FUNCTIONS[name].arguments), module.p))
+
+
+@pytest.mark.parametrize(
+    ("case", "backend"),
+    [("springs", "c"), *((case, "numpy") for case in ("springs", "roots", "hanging_branch", "rigid_5", "models_5"))],
+)
+def test_compiled_loops_agree_with_unrolled_code(case: str, backend: str, compiled: Compiled) -> None:
+    looped = compiled(case, "articulated", backend, loops=True)
+    unrolled = compiled(case, "articulated", "numpy", loops=False)
+    states = random_state(looped, 6, (21,))
+    names = [name for name in FUNCTIONS if name in looped.__all__]
+    assert {"forward_dynamics", "mass_matrix", "energy"} < {*names}
+    for name in names:
+        expected = call(unrolled, name, states)
+        found = call(looped, name, states)
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-11 * np.abs(expected).max(), err_msg=name)
+        alone = np.stack([call(looped, name, State(*(x[k] for x in states))) for k in range(21)])
+        if backend == "c":
+            assert alone.tobytes() == found.tobytes(), name
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_random_trees_in_numpy(seed: int) -> None:
+    scene = random_tree(seed)
+    looped, unrolled = (eomgen.compile(scene, "articulated", "numpy", loops=form) for form in (True, False))
+    states = random_state(scene, seed, (5,))
+    for name in (name for name in FUNCTIONS if name in looped.__all__):
+        expected = call(unrolled, name, states)
+        atol = 1e-8 * np.abs(expected).max(initial=0)
+        np.testing.assert_allclose(call(looped, name, states), expected, rtol=1e-6, atol=atol, err_msg=name)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_branching_tree_compiled(backend: str) -> None:
+    """Parents by table, many children, and more links than the threshold."""
+    numbers = random.Random(5)
+    parents = [-1, *(numbers.randrange(max(0, i - 6), i) for i in range(1, 40))]
+    scene = tree("bush", parents, "rigid")
+    module = eomgen.compile(scene, "articulated", backend, functions=["forward_dynamics", "inverse_dynamics", "joints"])
+    states = random_state(module, 6, (9,))
+    a = call(module, "forward_dynamics", states)
+    u = call(module, "inverse_dynamics", states._replace(a=a))
+    np.testing.assert_allclose(u, states.u, rtol=0, atol=1e-9 * np.abs(a).max())
+    dense = eomgen.compile(scene, "matrix", "numpy", functions=["bias", "mass_matrix", "joints"])
+    torques = np.einsum("sij,sj->si", call(dense, "mass_matrix", states), a) + call(dense, "bias", states)
+    pushed = states.u.copy()
+    for i, parent in enumerate(parents):
+        if parent >= 0:
+            pushed[:, parent] -= states.u[:, i]
+    np.testing.assert_allclose(torques, pushed, rtol=0, atol=1e-9 * np.abs(a).max())
+    np.testing.assert_allclose(call(module, "joints", states), call(dense, "joints", states), rtol=0, atol=1e-12)
+
+
+def test_a_thousand_links_compiled() -> None:
+    """Scene to module and a state through it, forwards and back, in both back ends."""
+    found = []
+    for backend in BACKENDS:
+        names = ["forward_dynamics", "inverse_dynamics"]
+        module = eomgen.compile(chain(1000, "rigid"), "articulated", backend, functions=names)
+        state = random_state(module, 1, (3,))
+        a = call(module, "forward_dynamics", state)
+        u = call(module, "inverse_dynamics", state._replace(a=a))
+        assert np.abs(u - state.u).max() < 1e-6 * np.abs(state.u).max()
+        found.append(a)
+    np.testing.assert_allclose(*found, rtol=0, atol=1e-6 * np.abs(found[0]).max())
+
+
+# The text
+
+
+def c_text(equations: Equations, name: str) -> str:
+    """The C of one function."""
+    (program,) = pipeline.programs(equations, [name])
+    return str(c_emit.function(program))
+
+
+@pytest.mark.parametrize("model", ["rigid", "point-masses", "elastic-rod"])
+@pytest.mark.parametrize("name", [*LINEAR, "mass_matrix"])
+def test_length_of_the_text(name: str, model: str) -> None:
+    """A chain of 1000 links has the lines of a chain of 40; only numbers grow."""
+    few, many = (c_text(articulated(chain(links, model)), name) for links in (40, 1000 if name in LINEAR else 200))
+    assert few.count("\n") == many.count("\n")
+    assert len(many) < 1.1 * len(few)
+    assert "static const int" not in many
+
+
+@pytest.mark.parametrize("name", LINEAR)
+def test_numpy_text_of_a_chain(name: str) -> None:
+    """The module of the NumPy back end is as short, but for the names of its elements."""
+
+    def kernel(links: int) -> str:
+        equations = articulated(chain(links, "telescopic"))
+        model = pipeline.describe(equations, pipeline.programs(equations, [name]), ("float64",), {})
+        return BACKENDS["numpy"].emit(model)["_kernel.py"]
+
+    few, many = kernel(40), kernel(1000)
+    assert few.count("\n") == many.count("\n")
+    assert len(many) < 1.1 * len(few)
+
+
+def test_runs_become_loops() -> None:
+    """Links of one kind in a row are one loop, however many kinds there are."""
+    models = ["rigid"] * 12 + ["telescopic"] * 9 + ["rigid"] * 15
+    equations = articulated(tree("kinds", line(36), models))
+    (program,) = pipeline.programs(equations, ["joints"])
+    # The root and the tip stand alone.
+    assert [block.count for block in program.blocks] == [1, 11, 9, 14, 1]
+    titles = [block.title.partition(",")[0] for block in program.blocks]
+    assert titles == ["link1", "link2 to link12", "link13 to link21", "link22 to link35", "link36"]
+
+
+def test_folded_numbers_tell_links_apart() -> None:
+    """With the numbers in the code, only links with equal numbers share a loop."""
+    equal, unequal = chain(30, "rigid"), tree("unequal", line(30), "rigid")
+    for scene, count in ((equal, 3), (unequal, 30)):
+        (program,) = pipeline.programs(articulated(scene, fold=True), ["joints"])
+        assert len(program.blocks) == count
+        (program,) = pipeline.programs(articulated(scene), ["joints"])
+        assert len(program.blocks) == 3
+
+
+def test_parents_by_table() -> None:
+    """In a branching tree the position of a link's joint is that of its parent's end, which a table tells."""
+    numbers = random.Random(2)
+    parents = [-1, *(numbers.randrange(i) for i in range(1, 60))]
+    (program,) = pipeline.programs(articulated(tree("bush", parents, "rigid")), ["joints"])
+    reads = [place.indices for block in program.blocks for place in block.loads.values() if place.array == "x_down"]
+    assert [index for indices in reads for index in indices] == parents[1:]
+    irregular = {indices for indices in reads if len({b - a for a, b in itertools.pairwise(indices)}) > 1}
+    assert irregular
+    tables = re.findall(r"static const int at\d+\[\] = \{([\d, ]+)\};", str(c_emit.function(program)))
+    assert {", ".join(map(str, indices)) for indices in irregular} <= {*tables}
+
+
+# Operations
+
+
+@pytest.mark.parametrize("name", LINEAR)
+@pytest.mark.parametrize("model", LINK_TYPES)
+def test_operations_are_linear(model: str, name: str) -> None:
+    """Every further link costs the same, per state and per set of parameters."""
+    counts = []
+    for links in (10, 20, 30, 100):
+        (program,) = pipeline.programs(articulated(chain(links, model)), [name], loops=True)
+        rates = program_operations(program)
+        counts.append([sum(rates[rate].values()) for rate in ("state", "parameters")])
+    for few, more, many, most in zip(*counts, strict=True):
+        assert many - more == more - few
+        assert most - many == 7 * (more - few)
+
+
+@pytest.mark.parametrize("name", LINEAR)
+@pytest.mark.parametrize("case", ["rigid_5", "point_masses_5", "telescopic_5", "springs", "hanging_branch"])
+def test_loops_cost_about_what_straight_line_code_costs(case: str, name: str) -> None:
+    """Only what happens to cancel between neighbours of unlike kinds is lost."""
+    equations = articulated(CASES[case])
+    looped, straight = (
+        sum(program_operations(pipeline.programs(equations, [name], loops=form)[0])["state"].values())
+        for form in (True, False)
+    )
+    assert looped <= 1.25 * straight + 10
+
+
+# Every index in the C text
+
+INDEX = re.compile(r"\[([^\[\]]*)\]")
+AFFINE = re.compile(r"(k|h|\d+|-k|-?\d+ \* k|\d+ [+-] (k|\d+ \* k)|at\d+\[k\]|i( \* \d+ \+ j)?|j)?$")
+
+
+def assert_sound(text: str) -> None:
+    """Indices are affine in the loop variable or from a table, and a fused multiply-add has three operands."""
+    body = re.sub(r"/\*.*?\*/|static const int .*", "", text, flags=re.DOTALL)
+    for index in INDEX.findall(re.sub(r"at\d+\[k\]", "k", body)):
+        assert AFFINE.match(index), index
+    for start in (found.end() for found in re.finditer(r"FMA\(", body)):
+        depth, commas = 1, 0
+        for character in body[start:]:
+            depth += (character in "([{") - (character in ")]}")
+            commas += character == "," and depth == 1
+            if not depth:
+                break
+        assert commas == 2, body[start - 4 : start + 80]
+
+
+@pytest.mark.parametrize(
+    "parents",
+    [(-1, -1, -1, 0, 2), (-1, -1, 0, 2, 3), (-1, 0, 1, 0, 3, 0, 5), (-1, -1, 0, 1, 2, 3), (-1, 0, 1, 1, 2, 3)],
+)
+@pytest.mark.parametrize("model", LINK_TYPES)
+def test_indices_with_strides(model: str, parents: Sequence[int]) -> None:
+    """Where every second or third link is a parent, an index is a product and a sum inside products and sums."""
+    for program in pipeline.programs(articulated(tree("legs", parents, model)), loops=True):
+        assert_sound(str(c_emit.function(program)))
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_indices_of_random_trees(seed: int) -> None:
+    for program in pipeline.programs(articulated(random_tree(seed)), loops=True):
+        assert_sound(str(c_emit.function(program)))
+
+
+# Which form is taken
+
+
+def test_from_how_many_links() -> None:
+    """Below the threshold straight-line code, from it on loops, and either when asked for."""
+    below, above = (articulated(chain(choice.LOOPED_FROM - less, "rigid")) for less in (1, 0))
+    assert not any(map(repeats, pipeline.programs(below, LINEAR)))
+    assert all(map(repeats, pipeline.programs(above, LINEAR)))
+    assert all(map(repeats, pipeline.programs(below, LINEAR, loops=True)))
+    assert not any(map(repeats, pipeline.programs(above, LINEAR, loops=False)))
+    assert 10 <= choice.LOOPED_FROM <= 60
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_other_methods_have_no_loops(method: str) -> None:
+    equations = eomgen.derive(chain(choice.LOOPED_FROM, "rigid"), method)
+    assert not any(map(repeats, pipeline.programs(equations, ["joints", "energy"])))
+    with pytest.raises(OptionError, match=f"^loops over links need method 'articulated', not '{method}'$"):
+        pipeline.programs(equations, loops=True)
+
+
+def assert_refused(kind: type[EomgenError], message: str, scene: Scene, method: str, **options: object) -> None:
+    """Refused by `compile` with one line that says what to do."""
+    with pytest.raises(kind, match=message) as caught:
+        eomgen.compile(scene, method, "numpy", **options)  # type: ignore[arg-type]
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 400
+
+
+@pytest.mark.parametrize("links", [3, 40])
+def test_dense_solver_has_no_loops(links: int) -> None:
+    options = {"loops": True} if links == 3 else {}
+    message = "^the dense solver cannot be written as loops; use solver 'articulated' or loops=False$"
+    assert_refused(OptionError, message, chain(links, "rigid"), "articulated", solver="dense", **options)
+
+
+@pytest.mark.parametrize("solver", ["dens", "", None, 3])
+@pytest.mark.parametrize("method", ["matrix", "articulated"])
+def test_unknown_solver(method: str, solver: object) -> None:
+    message = r"^unknown solver .*; allowed: auto, dense, articulated"
+    assert_refused(OptionError, message, chain(2, "rigid"), method, solver=solver)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_too_many_links_for_pairs(method: str) -> None:
+    links = choice.MOST_DENSE_LINKS + 1
+    message = f"^{links} links by method '{method}' would write down {links * (links + 1) // 2} pairs of links; .*"
+    assert_refused(UnsupportedError, message + "use method 'articulated'", chain(links, "rigid"), method)
+
+
+def test_a_thousand_links_by_the_matrix_method() -> None:
+    """Half a million pairs are refused before they are derived."""
+    message = "^1000 links by method 'matrix' would write down 500500 pairs of links; allowed: up to 300; use method"
+    assert_refused(UnsupportedError, message, chain(1000, "rigid"), "matrix")
+
+
+@pytest.mark.parametrize("name", ["jacobian", "parameter_jacobian", "regressor"])
+def test_functions_without_loops(name: str) -> None:
+    """A chain of middle length has them written out, a long one not; nor does one that must be loops."""
+    message = rf"^{name} cannot be written as loops over links; allowed for \d+ links: forward_dynamics, "
+    for links, options in ((choice.MOST_STRAIGHT_LINKS + 1, {}), (3, {"loops": True})):
+        scene = chain(links, "rigid")
+        assert_refused(UnsupportedError, message, scene, "articulated", functions=[name], **options)
+    assert name not in loops.LOOPED
+    (program,) = pipeline.programs(articulated(chain(choice.LOOPED_FROM, "rigid")), ["regressor"])
+    assert not repeats(program)
+
+
+def test_energies_have_no_loops() -> None:
+    sympy = pytest.importorskip("sympy", reason="energies are SymPy expressions")
+    x = sympy.Function("x")(sympy.Symbol("t"))
+    equations = eomgen.lagrangian(x.diff() ** 2, sympy.cos(x), [x])
+    for options in ({"loops": True}, {"solver": "articulated"}):
+        with pytest.raises(OptionError, match="need a scene; these equations come from energies"):
+            pipeline.programs(equations, **options)
+
+
+# The solver
+
+
+def solved(equations: Equations, solver: str) -> int:
+    """Operations of forward dynamics with a solver, constants included."""
+    (program,) = choice.programs(equations, ["forward_dynamics"], False if _walks(equations) else None, solver)
+    return operations(store.node for block in program.blocks for store in block.stores).total()
+
+
+def _walks(equations: Equations) -> bool:
+    return isinstance(equations, ArticulatedEquations)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    "case", ["rigid_1", "rigid_3", "rigid_5", "telescopic_3", "point_masses_5", "fork", "star", "roots", "springs"]
+)
+def test_automatic_solver_has_the_fewest_operations(case: str, method: str) -> None:
+    counts = {solver: solved(eomgen.derive(CASES[case], method), solver) for solver in choice.SOLVERS}
+    assert counts["auto"] == min(counts.values())
+
+
+def test_either_solver_is_chosen_somewhere() -> None:
+    """Short chains are solved densely, long ones by the recursion."""
+    short, long_ = (
+        {solver: solved(eomgen.derive(chain(links, "rigid")), solver) for solver in choice.SOLVERS} for links in (2, 12)
+    )
+    assert short["auto"] == short["dense"] < short["articulated"]
+    assert long_["auto"] == long_["articulated"] < long_["dense"]
+
+
+def test_dense_solver_of_the_recursion() -> None:
+    """Method "articulated" solves densely only when told to."""
+    equations = articulated(CASES["rigid_3"])
+    counts = {solver: solved(equations, solver) for solver in choice.SOLVERS}
+    assert counts["auto"] == counts["articulated"] != counts["dense"]
+
+
+# Depth
+
+
+@contextmanager
+def shallow_stack(frames: int) -> Iterator[None]:
+    """Only so many calls deeper than the caller."""
+    depth, frame = 0, sys._getframe()
+    while frame is not None:
+        depth, frame = depth + 1, frame.f_back
+    limit = sys.getrecursionlimit()
+    sys.setrecursionlimit(depth + frames)
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(limit)
+
+
+def emitted(links: int) -> int:
+    """Derives, dumps and prints a chain in both back ends; the length of all texts."""
+    equations = articulated(chain(links, "point-masses"))
+    built = pipeline.programs(equations, LINEAR)
+    model = pipeline.describe(equations, built, ("float64",), {})
+    texts = [dump(program) for program in built]
+    for backend in backends.BACKENDS.values():
+        texts += backend.emit(model).values()
+    return sum(map(len, texts))
+
+
+def test_a_thousand_links_do_not_recurse() -> None:
+    emitted(choice.LOOPED_FROM)  # imports and regular expressions, which do nest, are done once
+    with shallow_stack(60):
+        assert emitted(1000) > 0
+
+
+def test_every_function_is_looped_or_says_so() -> None:
+    """What a scene has by default can be written as loops."""
+    scene = CASES["walker_rods_prescribed"]
+    assert functions.select(articulated(scene), None) == list(loops.LOOPED)
