@@ -56,27 +56,37 @@ class Rollout:
             raise ValueError(f"u has {u.ndim} axes; give (..., t, nu), a row for each interval")
         intervals = u.shape[-2]
         count = intervals if steps is None else steps
-        if count != int(count) or count < 1 or intervals < 1 or int(count) % intervals:
+        if not (numpy.isfinite(count) and count >= 1 and intervals >= 1) or count % 1 or count % intervals:
             raise ValueError(f"steps = {count!r} is no positive multiple of the {intervals} intervals of u")
-        w = (given["w"],) if prescribed else ()
+        w = (numpy.asarray(given["w"]),) if prescribed else ()
+        if prescribed and (w[0].ndim < 3 or w[0].shape[-3] != intervals):
+            raise ValueError(
+                f"w has shape {w[0].shape}; give (..., t, k, 3) with a row for each of {intervals} intervals"
+            )
         substeps = int(count) // intervals
+        # The step takes the type of the arrays, as a Python number would.
+        arrays = [numpy.asarray(x) for x in (q, v, u, *w, p)]
+        dtype = numpy.result_type(*(x.dtype for x in arrays), numpy.float32)
+        if not numpy.can_cast(dtype, numpy.longdouble):
+            raise TypeError(f"rollout() takes real numbers, not {dtype}")
+        step = step.astype(dtype)
         compiled = getattr(self._kernel, f"rollout_{method}", None)
         if compiled:
-            return compiled(q, v, u, *w, p, step, substeps)
+            return compiled(q, v, u, *w, p, step, dtype.type(substeps))
         return self._integrate(q, v, u, w, p, step, substeps, method)
 
     def _integrate(self, q, v, u, w, p, dt, substeps, method):
         """The same with array operations, for the back end without compiled rollouts."""
         forward = self._kernel.forward_dynamics
         dt = numpy.asarray(dt)[..., numpy.newaxis]
-        q, v = numpy.asarray(q, float), numpy.asarray(v, float)
+        q, v = numpy.asarray(q, dt.dtype), numpy.asarray(v, dt.dtype)
         found = []
         for j in range(u.shape[-2]):
             for k in range(substeps):
-                t = k * dt
+                t = dt.dtype.type(k) * dt
 
                 def accelerate(q, v, t, j=j):
-                    now = [_at(numpy.asarray(x)[..., j, :, :], t) for x in w]
+                    now = [_at(x[..., j, :, :], t) for x in w]
                     return forward(q, v, u[..., j, :], *now, p)
 
                 q, v = _euler(accelerate, q, v, dt, t) if method == "euler" else _rk4(accelerate, q, v, dt, t)

@@ -27,12 +27,14 @@ class Text:
         rank: how tightly it binds: 1 sums, 2 products, 3 anything that needs no parentheses.
         depth: operations nested in it.
         node: the operation it prints.
+        factors: the two factors of a product.
     """
 
     text: str
     rank: int
     depth: int
     node: Node
+    factors: tuple[str, str] | None = None
 
 
 class Printer(Protocol):
@@ -119,7 +121,8 @@ def infix(node: Node, args: list[Text]) -> Text:
         case "sub":
             return Text(f"{args[0].text} - {wrapped(args[1], 2)}", 1, depth, node)
         case "mul":
-            return Text(f"{wrapped(args[0], 2)} * {wrapped(args[1], 3)}", 2, depth, node)
+            factors = wrapped(args[0], 2), wrapped(args[1], 3)
+            return Text(" * ".join(factors), 2, depth, node, factors)
         case "div":
             return Text(f"{wrapped(args[0], 2)} / {wrapped(args[1], 3)}", 2, depth, node)
         case "neg":

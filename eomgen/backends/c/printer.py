@@ -51,23 +51,13 @@ class CPrinter:
         """fma for a sum with a product that has no name of its own."""
         minus = node.op == "sub"
         for product, other, flip in ((left, right, False), (right, left, minus)):
-            if product.node.op != "mul" or product.rank != 2:
+            if product.factors is None:
                 continue
-            a, b = self._factors(product)
+            a, b = product.factors
             addend = other.text if not minus or flip else f"-{wrapped(other, 3)}"
             first = f"-{a}" if flip else a
             return Text(f"FMA({first}, {b}, {addend})", 3, 1 + max(left.depth, right.depth), node)
         return None
-
-    def _factors(self, product: Text) -> tuple[str, str]:
-        """The two factors of a product printed by `infix`."""
-        depth = 0
-        for position in range(len(product.text) - 1, -1, -1):
-            character = product.text[position]
-            depth += (character == ")") - (character == "(")
-            if depth == 0 and product.text.startswith(" * ", position):
-                return product.text[:position], product.text[position + 3 :]
-        raise AssertionError(product.text)
 
     def assign(self, name: str, text: str) -> str:
         return f"pack {name}; EACH {name}[h] = {text};"
