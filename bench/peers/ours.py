@@ -55,9 +55,7 @@ def load():
 def make(eomgen, case):
     options = case.options
     scene = eomgen.chain(case.links, model=case.mechanism)
-    module = eomgen.compile(
-        scene, options.method, options.backend, functions=[options.function], solver=options.solver
-    )
+    module = eomgen.compile(scene, options.method, options.backend, functions=[options.function], solver=options.solver)
     counts = module.info["operations"][options.function]
     facts = {
         "function": options.function,
@@ -87,9 +85,7 @@ def make(eomgen, case):
     want = {}
     if columns:
         want["want"] = lambda: mechanism.reference_jacobian(case.q[:500], case.v[:500], case.u[:500], case.mechanism)
-        want["exact"] = lambda rows: mechanism.exact_jacobian(
-            case.q[rows], case.v[rows], case.u[rows], case.mechanism
-        )
+        want["exact"] = lambda rows: mechanism.exact_jacobian(case.q[rows], case.v[rows], case.u[rows], case.mechanism)
     return harness.Peer(
         batch=call,
         result=lambda: out,

@@ -102,6 +102,22 @@ static void FN(eom_load_vectors)(const eom_operand *o, const char *first, VECTOR
             memcpy(to, first + i * o->row + j * o->column, sizeof(VECTOR));
 }
 
+/* The same for a block of two whole vectors and elements in one row. */
+static void FN(eom_load_pairs)(const eom_operand *o, const char *first, VECTOR *to)
+{
+    for (int i = 0; i < o->rows; i++, first += o->row, to += 2) memcpy(to, first, 2 * sizeof(VECTOR));
+}
+
+static void FN(eom_store_pairs)(const eom_operand *o, char *first, const VECTOR *from)
+{
+    for (int i = 0; i < o->rows; i++, first += o->row, from += 2) memcpy(first, from, 2 * sizeof(VECTOR));
+}
+
+static int FN(eom_has_pairs)(const eom_operand *o, intptr_t left, int streams)
+{
+    return streams == 2 && o->step == sizeof(SCALAR) && o->columns == 1 && left >= 2 * EOM_WIDTH;
+}
+
 static void FN(eom_store_vectors)(const eom_operand *o, char *first, const VECTOR *from, int streams)
 {
     for (int i = 0; i < o->rows; i++)
@@ -214,17 +230,25 @@ static void FN(eom_run_lanes)(const eom_function *f, const eom_kernels *k, const
     }
     VECTOR *work = out + result->size * streams;
     for (intptr_t block = 0; block < states; block += streams * EOM_WIDTH) {
-        int count[EOM_MAX_STREAMS];
+        int count[EOM_MAX_STREAMS], whole[EOM_MAX_INPUTS + 2];
         intptr_t first[EOM_MAX_STREAMS];
+        for (int i = 0; i < f->inputs; i++) {
+            whole[i] = operand[i].step == 0 || FN(eom_has_pairs)(&operand[i], states - block, streams);
+            if (whole[i] && operand[i].step != 0)
+                FN(eom_load_pairs)(&operand[i], operand[i].base + block * operand[i].step, copies[i]);
+        }
         for (int h = 0; h < streams; h++) {
             intptr_t left = states - block - h * EOM_WIDTH;
             count[h] = left >= EOM_WIDTH ? EOM_WIDTH : left > 0 ? (int)left : 0;
             first[h] = count[h] ? block + h * EOM_WIDTH : states - 1;
             for (int i = 0; i < f->inputs; i++)
-                if (operand[i].step != 0) FN(eom_load)(&operand[i], first[h], count[h] ? count[h] : 1, copies[i] + h, streams);
+                if (!whole[i]) FN(eom_load)(&operand[i], first[h], count[h] ? count[h] : 1, copies[i] + h, streams);
         }
         ((FN(eom_lanes) *)k->lanes)(inputs, p, c, out, work);
-        for (int h = 0; h < streams; h++) FN(eom_store)(result, first[h], count[h], out + h, streams);
+        if (FN(eom_has_pairs)(result, states - block, streams))
+            FN(eom_store_pairs)(result, result->base + block * result->step, out);
+        else
+            for (int h = 0; h < streams; h++) FN(eom_store)(result, first[h], count[h], out + h, streams);
     }
 }
 #endif
