@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from eomgen import functions, loops
 from eomgen.errors import OptionError, UnsupportedError, unknown
@@ -51,13 +52,20 @@ def programs(equations: Equations, names: Sequence[str], looped: bool | None, so
         if solver == "dense":
             raise OptionError("the dense solver cannot be written as loops; use solver 'articulated' or loops=False")
         return [_looped(equations, name, looped) for name in names]
-    return [functions.program(_solved(equations, name, solver), name) for name in names]
+    found: list[Program] = []
+    for name in names:
+        solved = _solved(equations, name, solver)
+        walked = isinstance(solved, ArticulatedEquations) and not isinstance(solved, _Dense)
+        form = "articulated recursion" if walked else "dense elimination"
+        program = functions.program(solved, name)
+        found.append(replace(program, form=form) if name == "forward_dynamics" else program)
+    return found
 
 
 def _looped(equations: MechanismEquations, name: str, asked: bool | None) -> Program:
     """A function as loops; one that has no such form is written out if loops were not asked for and it is short."""
     if name in loops.LOOPED:
-        return loops.program(equations.mechanism, name)
+        return replace(loops.program(equations.mechanism, name), form="loops over links")
     m = len(equations.mechanism.links)
     if asked or m > MOST_STRAIGHT_LINKS:
         raise UnsupportedError(

@@ -192,6 +192,7 @@ def describe(equations: Equations, built: tuple[Program, ...], dtypes: tuple[str
     info = {
         "eomgen": __version__,
         "dtypes": dtypes,
+        "forms": {program.name: program.form for program in built if program.form},
         "operations": {
             program.name: {rate: dict(sorted(kinds.items())) for rate, kinds in program_operations(program).items()}
             for program in built

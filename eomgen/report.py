@@ -62,6 +62,7 @@ def compiled(module: ModuleType, in_cache: bool) -> str:
         f"scene     {module.scene.get('name', 'user system')}: {n} coordinates, {len(module.p)} parameters; "
         f"method {module.method}, back end {module.backend}",
         "seconds   " + ", ".join(f"{stage} {seconds:.3f}" for stage, seconds in info["seconds"].items()),
+        *(f"form      {name}: {form}" for name, form in info["forms"].items() if name == "forward_dynamics"),
         "",
         table(rows, ["function", "signature", "operations per state", "per parameter set"]),
         "",

@@ -99,6 +99,7 @@ class Program:
         columns: blocks that run after the others once per row of a square output: the array `a` is a unit vector,
             the array `column` they fill becomes the column of that number.
         scratch: the arrays of the roles `constants` and `work`.
+        form: how it is computed where there is a choice, for people.
     """
 
     name: str
@@ -109,6 +110,7 @@ class Program:
     constants: tuple[Block, ...] = ()
     columns: tuple[Block, ...] = ()
     scratch: tuple[Array, ...] = field(default=())
+    form: str = ""
 
     @property
     def arrays(self) -> dict[str, Array]:
