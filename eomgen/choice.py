@@ -9,13 +9,14 @@ from eomgen import functions, loops
 from eomgen.errors import OptionError, UnsupportedError, unknown
 from eomgen.frontends.articulated import ArticulatedEquations
 from eomgen.frontends.mechanism import MechanismEquations
-from eomgen.ir.count import operations
+from eomgen.ir.count import block_operations
 from eomgen.ir.equations import Equations
 from eomgen.ir.program import Program
+from eomgen.passes import hoist
 
 SOLVERS = ("auto", "dense", "articulated")
 LOOPED_FROM = 24  # links; below, straight-line code is faster to run and not much slower to compile
-DENSE_COORDINATES = 16  # beyond, the dense elimination always has more operations and is not built to be counted
+DENSE_PAIRS = 1000  # products of a dense elimination; beyond, the recursion always has fewer operations
 MOST_STRAIGHT_LINKS = 60  # for functions that have no loops: their text grows like n³
 MOST_DENSE_LINKS = 300  # a method that writes every pair of links down
 
@@ -85,10 +86,25 @@ def _solved(equations: MechanismEquations, name: str, solver: str) -> MechanismE
     if solver == "dense":
         return equations
     walked = ArticulatedEquations(equations.mechanism)
-    if solver == "articulated" or len(equations.q) > DENSE_COORDINATES:
+    if solver == "articulated" or _dense_pairs(equations) > DENSE_PAIRS:
         return walked
-    dense_count = operations(equations.forward_dynamics).total()
-    return equations if dense_count <= operations(walked.forward_dynamics).total() else walked
+    return min(equations, walked, key=_per_state)
+
+
+def _dense_pairs(equations: MechanismEquations) -> int:
+    """Pairs of coordinates above each coordinate: what a dense elimination has to update."""
+    mechanism = equations.mechanism
+    sizes = [1 + link.free for link in mechanism.links]
+    total = 0
+    for i, size in enumerate(sizes):
+        above = size + sum(sizes[j] for j in mechanism.ancestors(i))
+        total += size * above * above
+    return total
+
+
+def _per_state(equations: MechanismEquations) -> int:
+    """Operations of forward dynamics per state."""
+    return block_operations(hoist.run(functions.program(equations, "forward_dynamics")).blocks).total()
 
 
 class _Dense(ArticulatedEquations):

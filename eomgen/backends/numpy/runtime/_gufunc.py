@@ -75,11 +75,12 @@ class Function:
         first = next(x for x in arguments if hasattr(x, "dtype") and not isinstance(x, numpy.ndarray))
         arrays = [x if _namespace([x]) else _like(xp, x, first) for x in arguments]
         batch = self._batch(arrays)
-        values = [_unstack(array, len(core)) for array, core in zip(arrays, self._shapes, strict=True)]
+        values = [_unstack(xp, array, len(core)) for array, core in zip(arrays, self._shapes, strict=True)]
         constants = self._constants(xp, float, values[-1]) if self._constants else ()
         elements = [_like(xp, x, first) for x in self._kernel(xp, float, *values, constants)]
-        stacked = xp.stack([xp.broadcast_to(x, batch) for x in elements], -1)
-        return stacked.reshape((*batch, *self._result))
+        last = {"dim" if xp.__name__ == "torch" else "axis": -1}
+        stacked = xp.stack([xp.broadcast_to(x, batch) for x in elements], **last)
+        return xp.reshape(stacked, (*batch, *self._result))
 
     def _dtype(self, arrays):
         """The first offered type that holds all arguments."""
@@ -230,10 +231,10 @@ def _like(xp, value, example):
     return xp.asarray(value, dtype=example.dtype, **known)
 
 
-def _unstack(array, axes):
+def _unstack(xp, array, axes):
     """The elements of the last `axes` axes, the last running fastest."""
     shape = tuple(array.shape)
-    flat = array.reshape((*shape[: len(shape) - axes], -1))
+    flat = xp.reshape(array, (*shape[: len(shape) - axes], -1))
     return [flat[..., i] for i in range(flat.shape[-1])]
 
 
