@@ -34,7 +34,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "regularity": {"errors", "frontends", "ir"},
     "symbolic": {"errors", "frontends", "ir"},
     "loops": {"frontends", "functions", "ir"},
-    "choice": {"errors", "frontends", "functions", "ir", "loops"},
+    "choice": {"passes.hoist", "errors", "frontends", "functions", "ir", "loops"},
     "pipeline": {
         "backends",
         "choice",

@@ -20,7 +20,7 @@ from eomgen.catalog import chain
 from eomgen.errors import EomgenError, OptionError, UnsupportedError
 from eomgen.frontends.articulated import ArticulatedEquations
 from eomgen.functions import FUNCTIONS
-from eomgen.ir.count import operations, program_operations
+from eomgen.ir.count import program_operations
 from eomgen.ir.equations import Equations
 from eomgen.ir.interpret import PrimeField, run
 from eomgen.ir.program import Program
@@ -415,7 +415,7 @@ def test_energies_have_no_loops() -> None:
 def solved(equations: Equations, solver: str) -> int:
     """Operations of forward dynamics with a solver, constants included."""
     (program,) = choice.programs(equations, ["forward_dynamics"], False if _walks(equations) else None, solver)
-    return operations(store.node for block in program.blocks for store in block.stores).total()
+    return program_operations(passes.run(program))["state"].total()
 
 
 def _walks(equations: Equations) -> bool:
