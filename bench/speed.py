@@ -58,6 +58,15 @@ LABELS = {
     "mujoco": "MuJoCo",
     "pydy": "PyDy",
 }
+COMPILED = (  # links, method, seconds allowed with the wrapper cached
+    (5, "matrix", 0.7),
+    (5, "articulated", 0.7),
+    (20, "matrix", 1.5),
+    (20, "articulated", 1.5),
+    (50, "matrix", 2.0),
+    (50, "articulated", 2.0),
+    (1000, "articulated", 5.0),
+)
 HAND = {
     "hand-written C, simd": "hand-simd",
     "hand-written C, scalar": "hand-libm",
@@ -95,6 +104,7 @@ BATCHED = (
     "mujoco", "pydy",
 )  # fmt: skip
 
+AXES = ((0.04, 0.25), (0.32, 0.25), (0.81, 0.18))  # left edges and widths of the panels of the picture
 SINCOS_FLOPS = 50  # in a pair by eomgen_real.h, where a fused multiply-add counts two
 
 Record = dict[str, Any]
@@ -148,10 +158,9 @@ def run(command: Sequence[str], limit: float, environment: Mapping[str, str]) ->
             stream.seek(0)
             texts.append(stream.read().strip().splitlines())
         unit = 1 if sys.platform == "darwin" else 1024
-        last = texts[1][-1] if texts[1] else f"exit code {process.returncode}"
-        return Finished(
-            None if late else process.returncode, texts[0], last, seconds, usage.ru_maxrss * unit / MEGABYTE
-        )
+        code, peak = process.returncode, usage.ru_maxrss * unit / MEGABYTE
+        last = texts[1][-1] if texts[1] else f"exit code {code}"
+        return Finished(None if late else code, texts[0], last, seconds, peak)
 
 
 # Cells. A cell is one process; it gives samples of one or more records, which its name tells.
@@ -256,10 +265,11 @@ def peer(
     return script(who, case, links, f"bench/peers/{name}.py", *words, rounds=rounds)
 
 
-def ours(who: str, case: str, links: int, *options: object, rounds: int = 1, repeats: int = 31) -> Cell:
+def ours(
+    who: str, case: str, links: int, *options: object, rounds: int = 1, batch: int = STATES, repeats: int = 31
+) -> Cell:
     """eomgen in the same harness."""
-    batch = () if case == "rollout" else ("--batch", STATES)
-    words = (*batch, "--repeats", repeats, "--check", CHECKED, *options)
+    words = ("--batch", batch, "--repeats", repeats, "--check", CHECKED, *options)
     return script(who, case, links, "bench/peers/ours.py", *words, rounds=rounds)
 
 
@@ -291,7 +301,7 @@ def other_cells(rounds: int, trajectories: int, memory: int) -> Iterator[Cell]:
     yield ours("ours-numpy", "rigid", 5, "--backend", "numpy", rounds=rounds, repeats=9)
     yield ours("ours", "jacobian", 5, "--function", "jacobian", rounds=rounds)
     yield peer("casadi", "jacobian", 5, "--jacobian", rounds=rounds)
-    yield ours("ours", "rollout", 5, "--rollout", "--batch", trajectories, rounds=rounds, repeats=3)
+    yield ours("ours", "rollout", 5, "--rollout", rounds=rounds, batch=trajectories, repeats=3)
     yield peer("mujoco", "rollout", 5, "--rollout", rounds=rounds, batch=SOME, repeats=3)
     yield probe("peak", 0, rounds=rounds)
     yield probe("threads", 5, rounds=rounds)
@@ -306,22 +316,20 @@ def plan(quick: bool) -> list[Cell]:
             *(cell for n in (5, 20) for cell in chain_cells(n, 1, variants=False)),
             peer("numba", "rigid", 5, batch=SOME),
             *other_cells(1, trajectories=1000, memory=1_000_000),
-            *(compilation(n, "matrix", False, 1) for n in (5, 20, 50)),
-            compilation(1000, "articulated", False, 1),
+            *(compilation(n, "matrix", False, 1) for n in (5, 20)),
+            *(compilation(n, "articulated", False, 1) for n in (50, 1000)),
             compilation(5, "matrix", True, 1),
         ]
     cells = [cell for n in (2, 5, 10, 20) for cell in chain_cells(n, ROUNDS, variants=True)]
     cells.append(peer("numba", "rigid", 5, rounds=ROUNDS, batch=SOME))
     cells += other_cells(ROUNDS, trajectories=SOME, memory=10_000_000)
-    for n, methods in ((5, ("matrix", "articulated")), (20, ("matrix", "articulated")), (50, ("matrix", "articulated")),
-                       (1000, ("articulated",))):  # fmt: skip
-        for method in methods:
-            cells.append(compilation(n, method, False, ROUNDS))
-            cells.append(compilation(n, method, True, 1))
+    for n, method, _ in COMPILED:
+        cells.append(compilation(n, method, False, ROUNDS))
+        cells.append(compilation(n, method, True, 1))
     for name in ("symforce", "numba", "jax", "pinocchio", "mujoco", "pydy"):
         cells += [peer(name, "rigid", n, batch=SOME) for n in (2, 5, 10, 20) if (name, n) != ("numba", 5)]
-    cells += [peer("heyoka", "rigid", 50, batch=SOME), peer("casadi", "rigid", 50, batch=SOME, repeats=3)]
-    return cells
+    cells.append(ours("ours", "rigid", 50, "--method", "articulated", batch=2000))
+    return [*cells, *(peer(name, "rigid", 50, batch=2000) for name in ("heyoka", "casadi"))]
 
 
 def measure(quick: bool, arguments: Mapping[str, Any]) -> dict[str, Any]:
@@ -470,16 +478,16 @@ long flops_per_round(void) { return 2L * CHAINS * EOM_LANES_F64; }
 
 def probe_peak() -> Sample:
     """The GFLOP/s of independent fused multiply-adds in this machine's vectors, compiled as modules are."""
-    from eomgen.backends.c import build
-
+    module = _five_links()
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-    tools = build.selected()
+    sources, flags = Path(module.__file__).parent / "csrc", module.info["flags"].split()
+    compiler = os.environ.get("CC") or "cc"
     with tempfile.TemporaryDirectory() as folder:
         source, library = Path(folder, "peak.c"), Path(folder, "peak.so")
         source.write_text(PEAK)
-        words = [*tools.command, *tools.flags, "-O2", "-fvisibility=default", "-shared", f"-I{build.RUNTIME}"]
-        subprocess.run([*words, str(source), "-o", str(library)], check=True)
+        words = [*compiler.split(), *flags, "-fvisibility=default", "-shared", f"-I{sources}", str(source)]
+        subprocess.run([*words, "-o", str(library)], check=True)
         loaded = ctypes.CDLL(str(library))
     loaded.chains.restype = ctypes.c_double
     rounds = 2_000_000
@@ -565,6 +573,8 @@ class Side(NamedTuple):
 
     def label(self) -> str:
         name = LABELS.get(self.who, self.who)
+        if self.case in ("jacobian", "rollout"):
+            name += f", {self.case}"
         return name if self.times == 1 else f"{self.times:g} × {name}"
 
 
@@ -664,18 +674,16 @@ def targets(data: Data) -> list[Target]:
     rows.append(compared(data, what, Side("ours-numpy", "rigid", 5), five, most=12))
     jacobian, what = Side("ours", "jacobian", 5), "Jacobian, 5 rigid links, batch"
     rows.append(compared(data, what, jacobian, five, most=4))
-    rows.append(compared(data, f"{what}, its Jacobian", jacobian, Side("casadi", "jacobian", 5), least=5))
+    rows.append(compared(data, what, jacobian, Side("casadi", "jacobian", 5), least=5))
     rollout, what = Side("ours", "rollout", 5), "rollout, 5 rigid links, RK4, per step"
     rows.append(compared(data, what, rollout, five._replace(times=4), most=1.1))
-    rows.append(compared(data, f"{what}, its rollout", rollout, Side("mujoco", "rollout", 5), least=10))
-    bounds = {5: 0.7, 20: 1.5, 50: 2.0, 1000: 5.0}
-    for n, most in bounds.items():
-        for method in ("matrix", "articulated") if n < 1000 else ("articulated",):
-            who = f"eomgen {method}"
-            rows.append(bounded(data, f"compile {n} links, {method}", Side(who, "cached", n, "seconds"), most))
-            if less := data.value(who, "cached", n, "seconds"):
-                what = f"compile {n} links, {method}, virgin cache"
-                rows.append(bounded(data, what, Side(who, "virgin", n, "seconds"), 2.0, less))
+    rows.append(compared(data, what, rollout, Side("mujoco", "rollout", 5), least=10))
+    for n, method, most in COMPILED:
+        who = f"eomgen {method}"
+        rows.append(bounded(data, f"compile {n} links, {method}", Side(who, "cached", n, "seconds"), most))
+        if less := data.value(who, "cached", n, "seconds"):
+            what = f"compile {n} links, {method}, virgin cache"
+            rows.append(bounded(data, what, Side(who, "virgin", n, "seconds"), 2.0, less))
     rows.append(bounded(data, "compile 1000 links: memory", Side("eomgen articulated", "cached", 1000, "peak"), 500.0))
     record = data.record("memory", "probe", 5)
     states = f"{record['facts'].get('states', 0):.0e}".replace("e+0", "e") if record else "1e7"
@@ -729,8 +737,11 @@ def render(data: Data) -> str:
         _targets(rows),
     ]
     if more := beyond(data):
-        parts += ["## Beyond the targets", "Against the contenders with the recursion typed in, and in other layouts.",
-                  report.markdown(["what: against", "measured", "ratio"], [[r.what, r.measured, r.ratio] for r in more])]  # fmt: skip
+        parts += [
+            "## Beyond the targets",
+            "Against the contenders with the recursion typed in, and in other layouts.",
+            report.markdown(["what: against", "measured", "ratio"], [[r.what, r.measured, r.ratio] for r in more]),
+        ]
     parts += [
         "## Batches",
         "Nanoseconds per state on one core, median of the rounds (smallest – largest).",
@@ -751,7 +762,7 @@ def render(data: Data) -> str:
     ]
     if problems := [r for r in data.records if r["problem"]]:
         lines = [
-            f"* {LABELS.get(r['who'], r['who'])}, {r['links']} {CASES.get(r['case'], '')}: {r['problem']}"
+            f"* {LABELS.get(r['who'], r['who'])}, {r['links']} {CASES.get(r['case'], 'links')}: {r['problem']}"
             for r in problems
         ]
         parts += ["## Not measured", "\n".join(lines)]
@@ -759,20 +770,25 @@ def render(data: Data) -> str:
 
 
 def _method(data: Data) -> str:
-    found, states = data.found, f"{STATES:,}".replace(",", " ")
+    found = data.found
     worst: dict[bool, float] = {}
     for r in data.records:
         own = r["who"].startswith("ours")
         worst[own] = max(worst.get(own, 0.0), r["facts"].get("error_60_digits", 0.0))
-    after = found["machine"].get("load_after")
+    rounds = f"{found['rounds']} round{'s' if found['rounds'] > 1 else ''}"
     return (
-        f"Every contender is a fresh process on one core, one after another, the whole set in {found['rounds']} "
-        f"round{'s' if found['rounds'] > 1 else ''} (contenders of no target in the first round only). In a process the "
-        f"median of the repeats counts; a ratio is taken within a round, and the median of the rounds stands here with "
-        f"the smallest and the largest. Batches have {states} states. Before a process measures it compares its answers "
-        "for these states with an independent reference, a sample of them in 60 digits: largest scaled error "
-        f"{worst.get(True, 0):.0e} (eomgen), {worst.get(False, 0):.0e} (others). Load of the machine at the end: {after}."
+        f"Every contender is a fresh process on one core, one after another, the whole set in {rounds} (contenders of "
+        "no target in the first only). In a process the median of the repeats counts; a ratio is taken within a round, "
+        "and the median of the rounds stands here with the smallest and the largest. Batches have "
+        f"{_whole(STATES)} states, those of contenders that take microseconds {_whole(SOME)}. Before a process "
+        "measures, it compares its answers for these states with an independent reference, a sample of them in 60 "
+        f"digits: largest scaled error {worst.get(True, 0):.0e} (eomgen), {worst.get(False, 0):.0e} (others). Load of "
+        f"the machine at the end: {found['machine'].get('load_after')}."
     )
+
+
+def _whole(number: int) -> str:
+    return f"{number:,}".replace(",", " ")
 
 
 def _cell(data: Data, who: str, case: str, links: int, metric: str) -> str:
@@ -785,7 +801,7 @@ def _cell(data: Data, who: str, case: str, links: int, metric: str) -> str:
 
 def _sweep(data: Data, names: Sequence[str], case: str, metric: str, links: Sequence[int] = ()) -> str:
     """A table of contenders against links."""
-    mine = [r for r in data.records if r["who"] in names and r["case"] == case and r["links"] != 50]
+    mine = [r for r in data.records if r["who"] in names and r["case"] == case]
     links = links or sorted({r["links"] for r in mine})
     rows = []
     for who in names:
@@ -824,10 +840,10 @@ def _operations(data: Data) -> Iterator[str]:
     lanes = (data.record("peak", "probe", 0) or {"facts": {}})["facts"].get("lanes")
     yield (
         f"Independent fused multiply-adds in vectors of {lanes} doubles, compiled with a module's flags, reach "
-        f"{report.digits(peak)} GFLOP/s on one core. Counted operations are those of the emitted code (a sine, a cosine "
-        f"and a pivot's inverse are one each); behind them a pair of sine and cosine has {SINCOS_FLOPS} floating-point "
-        "operations. A kernel in which every operation were half of a fused multiply-add could reach 100 %; additions "
-        "and products that stand alone halve it, and a division takes as long as 8 to 16 of them."
+        f"{report.digits(peak)} GFLOP/s on one core. Counted operations are those of the emitted code (a sine, a "
+        f"cosine and a pivot's inverse are one each); behind them a pair of sine and cosine has {SINCOS_FLOPS} "
+        "floating-point operations. A kernel in which every operation were half of a fused multiply-add could reach "
+        "100 %; an addition or product that stands alone reaches half of that, a division far less."
     )
     rows = []
     for r in data.records:
@@ -865,8 +881,8 @@ def _threads(data: Data) -> str:
                 spread(gains, f"{report.digits(statistics.median(gains))} ×"),
             ]
         )
-    text = f"A batch of {record['facts']['states']:,} states of 5 rigid links, a slice for each thread of a pool:"
-    return f"{text.replace(',', ' ', 1)}\n\n" + report.markdown(["threads", "per state", "gain"], rows)
+    text = f"A batch of {_whole(record['facts']['states'])} states of 5 rigid links, a slice for each thread of a pool:"
+    return f"{text}\n\n" + report.markdown(["threads", "per state", "gain"], rows)
 
 
 # The picture.
@@ -881,16 +897,15 @@ def plot(data: Data, path: Path) -> None:
     from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
     rows = [row for row in targets(data) if row.share is not None]
-    figure, (batch, single, aims) = pyplot.subplots(
-        1, 3, figsize=(20, 10.4), width_ratios=(1, 1, 0.85), gridspec_kw={"wspace": 0.2}
-    )
+    figure = pyplot.figure(figsize=(19, 10.4))
+    batch, single, aims = (figure.add_axes((left, 0.14, width, 0.78)) for left, width in AXES)
     batch.sharey(single)
     entries: dict[str, Any] = {}
     panels = ((batch, BATCHED, "Batches of states"), (single, ONE_AT_A_TIME, "One state at a time, compiled loop"))
     for axis, names, title in panels:
         for who in names:
             color, marker, line = STYLES[who]
-            points = [(n, v) for n in (2, 5, 10, 20) if (v := data.value(who, "rigid", n)) is not None]
+            points = [(n, v) for n in (2, 5, 10, 20, 50) if (v := data.value(who, "rigid", n)) is not None]
             heavy = who.startswith("ours")
             if points:
                 (drawn,) = axis.plot(
@@ -899,18 +914,24 @@ def plot(data: Data, path: Path) -> None:
                     markerfacecolor=color if heavy else "white", zorder=3 if heavy else 2,
                 )  # fmt: skip
                 entries.setdefault(LABELS[who], drawn)
-        axis.set(xscale="log", yscale="log", title=title, xlabel="rigid links", xlim=(1.7, 24))
+        axis.set(xscale="log", yscale="log", title=title, xlabel="rigid links", xlim=(1.7, 60))
         axis.grid(True, which="major", color="0.85", linewidth=0.6)
-        axis.set_xticks([2, 5, 10, 20], ["2", "5", "10", "20"])
+        axis.set_xticks([2, 5, 10, 20, 50], ["2", "5", "10", "20", "50"])
         axis.xaxis.set_minor_locator(NullLocator())
         axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axis.yaxis.set_minor_formatter(NullFormatter())
     batch.set_ylabel("forward dynamics, ns per state, one core")
     _aims(aims, rows)
     figure.suptitle("Speed of compiled modules beside hand-written C and other tools", fontsize=14)
-    figure.legend(entries.values(), entries.keys(), loc="lower left", bbox_to_anchor=(0.04, 0.0), ncols=5, fontsize=9,
-                  frameon=False)  # fmt: skip
-    figure.subplots_adjust(left=0.045, right=0.985, top=0.92, bottom=0.155)
+    figure.legend(
+        entries.values(),
+        entries.keys(),
+        loc="lower left",
+        bbox_to_anchor=(0.04, 0.0),
+        ncols=4,
+        fontsize=9,
+        frameon=False,
+    )
     private = path.with_name(f".{os.getpid()}.{path.name}")
     figure.savefig(private, dpi=100, metadata={"Software": None})
     private.replace(path)

@@ -35,7 +35,8 @@ examples:
     "verify": """\
 examples:
   eomgen verify walker.toml
-  eomgen verify --links 3 --model telescopic --backend numpy""",
+  eomgen verify --links 3 --model telescopic --backend numpy
+  eomgen verify walker.toml --certify --json errors.json""",
     "bench": """\
 examples:
   eomgen bench table1 --links 1..50              generation times beside the published ones
@@ -140,6 +141,13 @@ def _parser() -> argparse.ArgumentParser:
     made.add_argument(
         "--states", type=_positive, default=10, metavar="N", help="random states per function (default 10)"
     )
+
+    made.add_argument(
+        "--certify",
+        action="store_true",
+        help="also certify the errors at hard states (needs python-flint)",
+    )
+    made.add_argument("--json", metavar="FILE", help="write the certified errors to this file")
 
     command("bench", "run a benchmark suite of a checkout").add_argument(
         "suite", metavar="SUITE", help="a suite of bench/: table1"
@@ -251,16 +259,40 @@ def show(options: argparse.Namespace) -> int:
 def verify(options: argparse.Namespace) -> int:
     """eomgen verify"""
     from eomgen import report
-    from eomgen.errors import CheckError
+    from eomgen.errors import CheckError, OptionError
     from eomgen.verification import verify as verify_scene
 
-    result = verify_scene(_scene(options), backends=options.backend, states=options.states, progress=report.progress)
+    if options.json and not options.certify:
+        raise OptionError("--json is for the certified errors; give --certify too")
+    scene = _scene(options)
+    result = verify_scene(scene, backends=options.backend, states=options.states, progress=report.progress)
     print(report.verification(result))
+    if options.certify:
+        certify(scene, options)
     if not result.passed:
         raise CheckError(
             f"{result.failures} of {result.checks} checks failed for scene {result.scene!r}: {result.summary}"
         )
     return 0
+
+
+def certify(scene: Scene, options: argparse.Namespace) -> None:
+    """eomgen verify --certify"""
+    import json
+    from pathlib import Path
+
+    from eomgen import report
+    from eomgen.certify import as_rows
+    from eomgen.certify import certify as certify_scene
+    from eomgen.errors import OptionError, one_line
+
+    found = certify_scene(scene, backends=options.backend or ("c", "numpy"), progress=report.progress)
+    print("\n" + report.certificates(found))
+    if options.json:
+        try:
+            Path(options.json).write_text(json.dumps(as_rows(found), indent=1) + "\n", encoding="utf-8")
+        except OSError as error:
+            raise OptionError(f"{one_line(options.json, 200)} cannot be written ({error.strerror})") from None
 
 
 def bench(suite: str, arguments: list[str]) -> int:

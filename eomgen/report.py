@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from types import ModuleType
 
 from eomgen import backends, pipeline
+from eomgen.certify import Certificate
 from eomgen.errors import UnsupportedError
 from eomgen.ir.count import program_operations
 from eomgen.ir.equations import Equations
@@ -181,3 +182,23 @@ def verification(result: Verification) -> str:
     measured = table(errors, ["largest error, eps", *heading, "bound"])
     verdict = "all checks passed" if result.passed else f"{result.failures} of {result.checks} checks FAILED"
     return f"{exact}\n\n{measured}\n\n{result.scene}: {verdict}"
+
+
+def certificates(found: Sequence[Certificate]) -> str:
+    """Forward dynamics at every hard state beside the condition, the other functions by their worst state."""
+    progress("load")
+    columns = list(dict.fromkeys((item.method, item.backend) for item in found))
+    states = list(dict.fromkeys(item.state for item in found))
+    cells = {(item.function, item.state, item.method, item.backend): item for item in found}
+    rows = []
+    for state in states:
+        items = [cells["forward_dynamics", state, *column] for column in columns]
+        rows.append([state, *(f"{item.scaled:.2g}" for item in items), f"{items[0].condition:.2g}"])
+    heading = [f"{method}/{backend}" for method, backend in columns]
+    forward = table(rows, ["forward dynamics, eps", *heading, "condition"])
+    worst = []
+    for name in dict.fromkeys(item.function for item in found):
+        if name != "forward_dynamics":
+            largest = [max(cells[name, state, *column].scaled for state in states) for column in columns]
+            worst.append([name, *(f"{value:.2g}" for value in largest)])
+    return f"{forward}\n\n{table(worst, ['largest over the states, eps', *heading])}"
