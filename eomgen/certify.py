@@ -81,19 +81,15 @@ def enclose(outputs: Sequence[Node], given: Mapping[Node, float]) -> list[Any]:
         UnsupportedError: python-flint is missing, or the values cannot be enclosed (a singular state).
     """
     flint = import_flint()
-    before = flint.ctx.prec
     bits, tiny = 256, 2.0**-900
-    try:
-        while bits <= MOST_BITS:
-            flint.ctx.prec = bits
+    while bits <= MOST_BITS:
+        with flint.ctx.workprec(bits):
             exact = {node: flint.arb(_ratio(value)[0]) / _ratio(value)[1] for node, value in given.items()}
             balls = evaluate(outputs, exact, Balls())
             # A ball around an exact zero has no relative accuracy; it is tight once it is far below any other number.
             if all(ball.rel_accuracy_bits() >= TIGHT or abs(ball) < tiny for ball in balls):
                 return balls
-            bits *= 2
-    finally:
-        flint.ctx.prec = before
+        bits *= 2
     raise UnsupportedError("the exact values cannot be enclosed; is the state singular?")
 
 
