@@ -130,7 +130,7 @@ class Link(msgspec.Struct, frozen=True, kw_only=True, dict=True, forbid_unknown_
 
 
 class Rigid(Link, frozen=True, kw_only=True, tag="rigid"):
-    """A rigid rod; `center` is measured from the joint, `inertia` is central."""
+    """A rigid rod; `center` is measured from its end A (the free end of a hanging link), `inertia` is central."""
 
     mass: float
     length: float
