@@ -217,6 +217,21 @@ def test_length_of_the_text(name: str, model: str) -> None:
     assert "static const int" not in many
 
 
+TREES = {
+    "binary": lambda n: [(i - 1) // 2 if i else -1 for i in range(n)],
+    "comb": lambda n: [*range(-1, n // 2 - 1), *range(n // 2)],
+    "three chains": lambda n: [i if i < 0 else i % n for i in range(-3, n - 3)],
+}
+
+
+@pytest.mark.parametrize("shape", TREES)
+@pytest.mark.parametrize("name", ["forward_dynamics", "energy"])
+def test_length_of_the_text_of_a_tree(name: str, shape: str) -> None:
+    """Where runs are long, trees are as short as chains: only tables grow with the links."""
+    few, many = (c_text(articulated(tree("tree", TREES[shape](links), "rigid")), name) for links in (66, 258))
+    assert few.count("\n") == many.count("\n")
+
+
 @pytest.mark.parametrize("name", LINEAR)
 def test_numpy_text_of_a_chain(name: str) -> None:
     """The module of the NumPy back end is as short, but for the names of its elements."""

@@ -1,14 +1,15 @@
 """leg: equations of motion by the matrix method (eomgen VERSION)
 
-The functions take an array namespace xp (numpy, jax.numpy, ...) and sequences of arrays over states (q[0], q[1],
-...) and return a list of such arrays; the `Function` objects give them the shapes and the broadcasting of
-generalised ufuncs.
+The functions take an array namespace xp (numpy, jax.numpy, ...), a type for the numbers that no float64 holds
+exactly, and sequences of arrays over states (q[0], q[1], ...), and return a list of such arrays. The `Function`
+objects give them the shapes and the broadcasting of generalised ufuncs.
 """
 
 from ._gufunc import Function, pivot_inverse
 
 
-def _forward_dynamics_constants(xp, p):
+
+def _forward_dynamics_constants(xp, number, p):
     c = [0.0] * 7
     # constants of accelerations a of M a + h = Q(u)
     t0 = p[7] * p[9]
@@ -29,18 +30,20 @@ def _forward_dynamics_constants(xp, p):
     return (c,)
 
 
-def _forward_dynamics(xp, q, v, u, w, p, c):
+def _forward_dynamics(xp, number, q, v, u, w, p, c):
     c, = c
     out = [0.0] * 3
     # accelerations a of M a + h = Q(u)
     t0 = v[1] * v[1]
-    s1, c1 = xp.sin(q[1]), xp.cos(q[1])
-    s2, c2 = xp.sin(q[0]), xp.cos(q[0])
+    s1 = xp.sin(q[1])
+    c1 = xp.cos(q[1])
+    s2 = xp.sin(q[0])
+    c2 = xp.cos(q[0])
     t3 = c1 * s2 - c2 * s1
     t4 = w[0] * c[0]
     t5 = q[2] * t4
     t6 = t3 * t5
-    t7 = v[0] * v[2] * 2.0
+    t7 = 2.0 * (v[0] * v[2])
     t8 = q[2] * c[4]
     t9 = q[2] * c[2]
     t10 = t8 + t9
@@ -87,7 +90,7 @@ forward_dynamics = Function(
 forward_dynamics.__module__ = __name__
 
 
-def _inverse_dynamics_constants(xp, p):
+def _inverse_dynamics_constants(xp, number, p):
     c = [0.0] * 7
     # constants of inputs u that give the accelerations a
     t0 = p[7] * p[9]
@@ -108,18 +111,20 @@ def _inverse_dynamics_constants(xp, p):
     return (c,)
 
 
-def _inverse_dynamics(xp, q, v, a, w, p, c):
+def _inverse_dynamics(xp, number, q, v, a, w, p, c):
     c, = c
     out = [0.0] * 3
     # inputs u that give the accelerations a
     t0 = v[1] * v[1]
-    s1, c1 = xp.sin(q[1]), xp.cos(q[1])
-    s2, c2 = xp.sin(q[0]), xp.cos(q[0])
+    s1 = xp.sin(q[1])
+    c1 = xp.cos(q[1])
+    s2 = xp.sin(q[0])
+    c2 = xp.cos(q[0])
     t3 = c1 * s2 - c2 * s1
     t4 = w[0] * c[0]
     t5 = q[2] * t4
     t6 = t3 * t5
-    t7 = v[0] * v[2] * 2.0
+    t7 = 2.0 * (v[0] * v[2])
     t8 = q[2] * c[4]
     t9 = q[2] * c[2]
     t10 = t8 + t9
@@ -156,7 +161,7 @@ inverse_dynamics = Function(
 inverse_dynamics.__module__ = __name__
 
 
-def _mass_matrix_constants(xp, p):
+def _mass_matrix_constants(xp, number, p):
     c = [0.0] * 5
     # constants of mass matrix M
     t0 = p[7] * p[9]
@@ -171,12 +176,14 @@ def _mass_matrix_constants(xp, p):
     return (c,)
 
 
-def _mass_matrix(xp, q, w, p, c):
+def _mass_matrix(xp, number, q, w, p, c):
     c, = c
     out = [0.0] * 9
     # mass matrix M
-    s0, c0 = xp.sin(q[0]), xp.cos(q[0])
-    s1, c1 = xp.sin(q[1]), xp.cos(q[1])
+    s0 = xp.sin(q[0])
+    c0 = xp.cos(q[0])
+    s1 = xp.sin(q[1])
+    c1 = xp.cos(q[1])
     t2 = w[0] * c[0]
     t3 = (c0 * c1 + s0 * s1) * (q[2] * t2)
     t4 = (c1 * s0 - c0 * s1) * t2
@@ -207,7 +214,7 @@ mass_matrix = Function(
 mass_matrix.__module__ = __name__
 
 
-def _bias_constants(xp, p):
+def _bias_constants(xp, number, p):
     c = [0.0] * 6
     # constants of bias h: M a + h = Q(u)
     t0 = p[7] * p[9]
@@ -226,17 +233,19 @@ def _bias_constants(xp, p):
     return (c,)
 
 
-def _bias(xp, q, v, w, p, c):
+def _bias(xp, number, q, v, w, p, c):
     c, = c
     out = [0.0] * 3
     # bias h: M a + h = Q(u)
     t0 = v[1] * v[1]
-    s1, c1 = xp.sin(q[1]), xp.cos(q[1])
-    s2, c2 = xp.sin(q[0]), xp.cos(q[0])
+    s1 = xp.sin(q[1])
+    c1 = xp.cos(q[1])
+    s2 = xp.sin(q[0])
+    c2 = xp.cos(q[0])
     t3 = c1 * s2 - c2 * s1
     t4 = w[0] * c[0]
     t5 = t3 * (q[2] * t4)
-    t6 = v[0] * v[2] * 2.0
+    t6 = 2.0 * (v[0] * v[2])
     t7 = q[2] * c[2]
     t8 = q[2] * c[4] + t7
     t9 = 2.0 * (v[1] * w[1])
@@ -267,7 +276,7 @@ bias = Function(
 bias.__module__ = __name__
 
 
-def _energy_constants(xp, p):
+def _energy_constants(xp, number, p):
     c = [0.0] * 6
     # constants of kinetic and potential energy, J
     t0 = p[7] * p[9]
@@ -286,12 +295,14 @@ def _energy_constants(xp, p):
     return (c,)
 
 
-def _energy(xp, q, v, w, p, c):
+def _energy(xp, number, q, v, w, p, c):
     c, = c
     out = [0.0] * 2
     # kinetic and potential energy, J
-    s0, c0 = xp.sin(q[0]), xp.cos(q[0])
-    s1, c1 = xp.sin(q[1]), xp.cos(q[1])
+    s0 = xp.sin(q[0])
+    c0 = xp.cos(q[0])
+    s1 = xp.sin(q[1])
+    c1 = xp.cos(q[1])
     t2 = c0 * c1 + s0 * s1
     t3 = w[0] * c[0]
     t4 = t2 * (q[2] * t3)
@@ -320,7 +331,7 @@ energy = Function(
 energy.__module__ = __name__
 
 
-def _prescribed_forces_constants(xp, p):
+def _prescribed_forces_constants(xp, number, p):
     c = [0.0] * 2
     # constants of forces along the prescribed lengths, N
     t0 = p[7] * p[9]
@@ -330,16 +341,18 @@ def _prescribed_forces_constants(xp, p):
     return (c,)
 
 
-def _prescribed_forces(xp, q, v, a, w, p, c):
+def _prescribed_forces(xp, number, q, v, a, w, p, c):
     c, = c
     out = [0.0] * 1
     # forces along the prescribed lengths, N
-    s0, c0 = xp.sin(q[0]), xp.cos(q[0])
-    s1, c1 = xp.sin(q[1]), xp.cos(q[1])
+    s0 = xp.sin(q[0])
+    c0 = xp.cos(q[0])
+    s1 = xp.sin(q[1])
+    c1 = xp.cos(q[1])
     t2 = c0 * c1 + s0 * s1
     t3 = c1 * s0 - c0 * s1
     t4 = q[2] * c[0]
-    t5 = a[2] * (t2 * c[0]) - a[0] * (t3 * t4) + w[2] * c[1] - (v[0] * v[0] * (t2 * t4) + v[1] * v[1] * (w[0] * c[1]) + v[0] * v[2] * 2.0 * (t3 * c[0]))
+    t5 = a[2] * (t2 * c[0]) - a[0] * (t3 * t4) + w[2] * c[1] - (v[0] * v[0] * (t2 * t4) + v[1] * v[1] * (w[0] * c[1]) + 2.0 * (v[0] * v[2]) * (t3 * c[0]))
     out[0] = t5 + p[11] * (s1 * c[0])
     return out
 
@@ -359,13 +372,15 @@ prescribed_forces = Function(
 prescribed_forces.__module__ = __name__
 
 
-def _joints(xp, q, w, p, c):
+def _joints(xp, number, q, w, p, c):
     out = [0.0] * 4
     # far-end position of every link, m
-    s0, c0 = xp.sin(q[0]), xp.cos(q[0])
+    s0 = xp.sin(q[0])
+    c0 = xp.cos(q[0])
     t1 = q[2] * c0
     t2 = q[2] * s0
-    s3, c3 = xp.sin(q[1]), xp.cos(q[1])
+    s3 = xp.sin(q[1])
+    c3 = xp.cos(q[1])
     out[0] = t1
     out[1] = t2
     out[2] = t1 + w[0] * c3

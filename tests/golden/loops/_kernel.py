@@ -1,14 +1,15 @@
 """chain4: equations of motion by the articulated method (eomgen VERSION)
 
-The functions take an array namespace xp (numpy, jax.numpy, ...) and sequences of arrays over states (q[0], q[1],
-...) and return a list of such arrays; the `Function` objects give them the shapes and the broadcasting of
-generalised ufuncs.
+The functions take an array namespace xp (numpy, jax.numpy, ...), a type for the numbers that no float64 holds
+exactly, and sequences of arrays over states (q[0], q[1], ...), and return a list of such arrays. The `Function`
+objects give them the shapes and the broadcasting of generalised ufuncs.
 """
 
 from ._gufunc import Function, pivot_inverse
 
 
-def _forward_dynamics_constants(xp, p):
+
+def _forward_dynamics_constants(xp, number, p):
     c = [0.0] * 9
     inertia_p_up = [0.0] * 4
     kept0 = [0.0] * 2
@@ -72,7 +73,7 @@ def _forward_dynamics_constants(xp, p):
     return (c, inertia_p_up, kept0, kept1, kept2,)
 
 
-def _forward_dynamics(xp, q, v, u, p, c):
+def _forward_dynamics(xp, number, q, v, u, p, c):
     c, inertia_p_up, kept0, kept1, kept2, = c
     force_u_up = [0.0] * 4
     force_n_up = [0.0] * 4
@@ -92,7 +93,8 @@ def _forward_dynamics(xp, q, v, u, p, c):
     # link4, tips to root
     t0 = u[7] * c[0]
     t1 = q[3] - q[2]
-    s2, c2 = xp.sin(t1), xp.cos(t1)
+    s2 = xp.sin(t1)
+    c2 = xp.cos(t1)
     t3 = q[7] * q[7]
     t4 = pivot_inverse(xp, t3, t3)
     t5 = q[7] * t4
@@ -108,7 +110,8 @@ def _forward_dynamics(xp, q, v, u, p, c):
     # link2 to link3, tips to root
     for k in range(2):
         t0 = q[2 - k] - q[1 - k]
-        s1, c1 = xp.sin(t0), xp.cos(t0)
+        s1 = xp.sin(t0)
+        c1 = xp.cos(t0)
         t2 = u[6 - k] - force_u_up[2 - k]
         t3 = force_u_up[2 - k] + c[1 + k] * t2
         t4 = q[6 - k] * q[6 - k]
@@ -125,7 +128,8 @@ def _forward_dynamics(xp, q, v, u, p, c):
         kept6[1 - k] = c1
         kept7[1 - k] = s1
     # link1, root to tips
-    s0, c0 = xp.sin(q[0]), xp.cos(q[0])
+    s0 = xp.sin(q[0])
+    c0 = xp.cos(q[0])
     t1 = p[24] * s0
     t2 = (u[4] - force_u_up[0]) * c[4] - c[3] * t1
     t3 = p[24] * c0
@@ -169,7 +173,7 @@ forward_dynamics = Function(
 forward_dynamics.__module__ = __name__
 
 
-def _mass_matrix_constants(xp, p):
+def _mass_matrix_constants(xp, number, p):
     c = [0.0] * 17
     # constants of link1, root to tips
     c[0] = p[3] * (p[0] * p[3]) + p[4] * (p[1] * p[4]) + p[5] * (p[2] * p[5])
@@ -206,7 +210,7 @@ def _mass_matrix_constants(xp, p):
     return (c,)
 
 
-def _mass_matrix(xp, q, p, c):
+def _mass_matrix(xp, number, q, p, c):
     c, = c
     acceleration_u_down1 = [0.0] * 4
     acceleration_n_down1 = [0.0] * 4
@@ -232,14 +236,16 @@ def _mass_matrix(xp, q, p, c):
     # link2 to link3, root to tips
     for k in range(2):
         t0 = q[1 + k] - q[k]
-        s1, c1 = xp.sin(t0), xp.cos(t0)
+        s1 = xp.sin(t0)
+        c1 = xp.cos(t0)
         kept0[k] = c1
         kept1[k] = s1
         kept6[k] = q[5 + k] * c[1 + k]
         kept7[k] = q[5 + k] * (q[5 + k] * c[3 + k])
     # link4, root to tips
     t0 = q[3] - q[2]
-    s1, c1 = xp.sin(t0), xp.cos(t0)
+    s1 = xp.sin(t0)
+    c1 = xp.cos(t0)
     kept2[0] = q[7] * c[5]
     kept3[0] = q[7] * (q[7] * c[6])
     kept4[0] = c1
@@ -300,7 +306,7 @@ mass_matrix = Function(
 mass_matrix.__module__ = __name__
 
 
-def _energy_constants(xp, p):
+def _energy_constants(xp, number, p):
     c = [0.0] * 11
     # constants of link1, root to tips
     t0 = p[0] * p[3]
@@ -326,7 +332,7 @@ def _energy_constants(xp, p):
     return (c,)
 
 
-def _energy(xp, q, v, p, c):
+def _energy(xp, number, q, v, p, c):
     c, = c
     height_down = [0.0] * 4
     velocity_x_down = [0.0] * 4
@@ -336,9 +342,10 @@ def _energy(xp, q, v, p, c):
     out[0] = 0.0
     out[1] = 0.0
     # link1, root to tips
-    s0, c0 = xp.sin(q[0]), xp.cos(q[0])
+    s0 = xp.sin(q[0])
+    c0 = xp.cos(q[0])
     t1 = v[0] * q[4]
-    t2 = (v[0] * (v[0] * (q[4] * (q[4] * c[1]))) + v[4] * (v[4] * c[1])) * 0.5
+    t2 = 0.5 * (v[0] * (v[0] * (q[4] * (q[4] * c[1]))) + v[4] * (v[4] * c[1]))
     height_down[0] = q[4] * s0
     velocity_x_down[0] = v[4] * c0 - s0 * t1
     velocity_y_down[0] = v[4] * s0 + c0 * t1
@@ -346,7 +353,8 @@ def _energy(xp, q, v, p, c):
     out[1] = out[1] + p[24] * (s0 * (q[4] * c[0]))
     # link2 to link3, root to tips
     for k in range(2):
-        s0, c0 = xp.sin(q[1 + k]), xp.cos(q[1 + k])
+        s0 = xp.sin(q[1 + k])
+        c0 = xp.cos(q[1 + k])
         t1 = v[1 + k] * q[5 + k]
         t2 = c[6 + k] * (velocity_x_down[k] * velocity_x_down[k] + velocity_y_down[k] * velocity_y_down[k]) + v[1 + k] * (v[1 + k] * (q[5 + k] * (q[5 + k] * c[4 + k]))) + v[5 + k] * (v[5 + k] * c[4 + k])
         t3 = q[5 + k] * c[2 + k]
@@ -357,7 +365,8 @@ def _energy(xp, q, v, p, c):
         out[1] = out[1] + p[24] * (height_down[k] * c[6 + k] + s0 * t3)
     # link4, root to tips
     t0 = c[10] * (velocity_x_down[2] * velocity_x_down[2] + velocity_y_down[2] * velocity_y_down[2]) + v[3] * (v[3] * (q[7] * (q[7] * c[9]))) + v[7] * (v[7] * c[9])
-    s1, c1 = xp.sin(q[3]), xp.cos(q[3])
+    s1 = xp.sin(q[3])
+    c1 = xp.cos(q[3])
     t2 = q[7] * c[8]
     out[0] = out[0] + 0.5 * t0 + (velocity_y_down[2] * c1 - velocity_x_down[2] * s1) * (v[3] * t2) + (velocity_x_down[2] * c1 + velocity_y_down[2] * s1) * (v[7] * c[8])
     out[1] = out[1] + p[24] * (height_down[2] * c[10] + s1 * t2)

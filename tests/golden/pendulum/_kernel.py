@@ -1,17 +1,18 @@
 """pendulum: equations of motion by the matrix method (eomgen VERSION)
 
-The functions take an array namespace xp (numpy, jax.numpy, ...) and sequences of arrays over states (q[0], q[1],
-...) and return a list of such arrays; the `Function` objects give them the shapes and the broadcasting of
-generalised ufuncs.
+The functions take an array namespace xp (numpy, jax.numpy, ...), a type for the numbers that no float64 holds
+exactly, and sequences of arrays over states (q[0], q[1], ...), and return a list of such arrays. The `Function`
+objects give them the shapes and the broadcasting of generalised ufuncs.
 """
 
 from ._gufunc import Function, pivot_inverse
 
 
-def _forward_dynamics_constants(xp, p):
+
+def _forward_dynamics_constants(xp, number, p):
     c = [0.0] * 2
     # constants of accelerations a of M a + h = Q(u)
-    t0 = p[1] * 0.5
+    t0 = 0.5 * p[1]
     t1 = p[0] * t0
     t2 = p[1] * (p[0] * p[1]) / 12.0 + t0 * t1
     t3 = pivot_inverse(xp, t2, t2)
@@ -20,11 +21,11 @@ def _forward_dynamics_constants(xp, p):
     return (c,)
 
 
-def _forward_dynamics(xp, q, v, u, p, c):
+def _forward_dynamics(xp, number, q, v, u, p, c):
     c, = c
     out = [0.0] * 1
     # accelerations a of M a + h = Q(u)
-    s0, c0 = xp.sin(q[0]), xp.cos(q[0])
+    c0 = xp.cos(q[0])
     out[0] = (u[0] - (p[2] * (q[0] - p[3]) + p[4] * (c[0] * c0))) * c[1]
     return out
 
@@ -44,21 +45,21 @@ forward_dynamics = Function(
 forward_dynamics.__module__ = __name__
 
 
-def _inverse_dynamics_constants(xp, p):
+def _inverse_dynamics_constants(xp, number, p):
     c = [0.0] * 2
     # constants of inputs u that give the accelerations a
-    t0 = p[1] * 0.5
+    t0 = 0.5 * p[1]
     t1 = p[0] * t0
     c[0] = t1
     c[1] = p[1] * (p[0] * p[1]) / 12.0 + t0 * t1
     return (c,)
 
 
-def _inverse_dynamics(xp, q, v, a, p, c):
+def _inverse_dynamics(xp, number, q, v, a, p, c):
     c, = c
     out = [0.0] * 1
     # inputs u that give the accelerations a
-    s0, c0 = xp.sin(q[0]), xp.cos(q[0])
+    c0 = xp.cos(q[0])
     out[0] = p[2] * (q[0] - p[3]) + p[4] * (c[0] * c0) + a[0] * c[1]
     return out
 
@@ -78,15 +79,15 @@ inverse_dynamics = Function(
 inverse_dynamics.__module__ = __name__
 
 
-def _mass_matrix_constants(xp, p):
+def _mass_matrix_constants(xp, number, p):
     c = [0.0] * 1
     # constants of mass matrix M
-    t0 = p[1] * 0.5
+    t0 = 0.5 * p[1]
     c[0] = p[1] * (p[0] * p[1]) / 12.0 + t0 * (p[0] * t0)
     return (c,)
 
 
-def _mass_matrix(xp, q, p, c):
+def _mass_matrix(xp, number, q, p, c):
     c, = c
     out = [0.0] * 1
     # mass matrix M
@@ -109,18 +110,18 @@ mass_matrix = Function(
 mass_matrix.__module__ = __name__
 
 
-def _bias_constants(xp, p):
+def _bias_constants(xp, number, p):
     c = [0.0] * 1
     # constants of bias h: M a + h = Q(u)
-    c[0] = p[0] * (p[1] * 0.5)
+    c[0] = p[0] * (0.5 * p[1])
     return (c,)
 
 
-def _bias(xp, q, v, p, c):
+def _bias(xp, number, q, v, p, c):
     c, = c
     out = [0.0] * 1
     # bias h: M a + h = Q(u)
-    s0, c0 = xp.sin(q[0]), xp.cos(q[0])
+    c0 = xp.cos(q[0])
     out[0] = p[2] * (q[0] - p[3]) + p[4] * (c[0] * c0)
     return out
 
@@ -140,22 +141,22 @@ bias = Function(
 bias.__module__ = __name__
 
 
-def _energy_constants(xp, p):
+def _energy_constants(xp, number, p):
     c = [0.0] * 3
     # constants of kinetic and potential energy, J
-    t0 = p[1] * 0.5
+    t0 = 0.5 * p[1]
     t1 = p[0] * t0
     c[0] = t1
     c[1] = p[1] * (p[0] * p[1]) / 12.0 + t0 * t1
-    c[2] = p[2] * 0.5
+    c[2] = 0.5 * p[2]
     return (c,)
 
 
-def _energy(xp, q, v, p, c):
+def _energy(xp, number, q, v, p, c):
     c, = c
     out = [0.0] * 2
     # kinetic and potential energy, J
-    s0, c0 = xp.sin(q[0]), xp.cos(q[0])
+    s0 = xp.sin(q[0])
     t1 = q[0] - p[3]
     out[0] = 0.5 * (v[0] * (v[0] * c[1]))
     out[1] = p[4] * (c[0] * s0) + c[2] * (t1 * t1)
@@ -177,10 +178,11 @@ energy = Function(
 energy.__module__ = __name__
 
 
-def _joints(xp, q, p, c):
+def _joints(xp, number, q, p, c):
     out = [0.0] * 2
     # far-end position of every link, m
-    s0, c0 = xp.sin(q[0]), xp.cos(q[0])
+    s0 = xp.sin(q[0])
+    c0 = xp.cos(q[0])
     out[0] = p[1] * c0
     out[1] = p[1] * s0
     return out

@@ -109,7 +109,8 @@ const eom_function eom_functions[] = {
 const int eom_function_count = sizeof eom_functions / sizeof eom_functions[0];
 
 const double leg_p[12] = {
-    0.7, 1.5, 0.7, 0.0, 0.595, 1.0, 3.0, 2.0, 1.0, 0.5, 1.0, 9.81
+    699999999999999955591079e-24, 1.5, 699999999999999955591079e-24, 0.0, 594999999999999973354647e-24, 1.0,
+    3.0, 2.0, 1.0, 0.5, 1.0, 981000000000000049737992e-23
 };
 
 void leg_forward_dynamics(const double *q, const double *v, const double *u, const double *w, const double *p, double *out)

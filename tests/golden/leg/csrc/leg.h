@@ -32,8 +32,8 @@
  * p[10]  thigh.fraction2 (1)
  * p[11]  gravity (m/s^2)
  */
-#ifndef EOMGEN_LEG_H
-#define EOMGEN_LEG_H
+#ifndef LEG_EQUATIONS_H
+#define LEG_EQUATIONS_H
 
 #include <stddef.h>
 

@@ -43,7 +43,7 @@ typedef real pack[EOM_WIDE];
 #endif
 #define EACH _Pragma("GCC unroll 2") for (int h = 0; h < STREAMS; h++)
 #define R(x) ((x) - (real){0}) /* a scalar in every lane; a vector as it is */
-#define K(x) ((scalar)(x))
+#define K(x) ((scalar)x##L) /* a literal, read in the widest type */
 #define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
 #define SINCOS(x, s, c) eom_sincos(R(x), s, c)
 #define SINCOS_CALL(x, s, c) eom_sincos_call(R(x), s, c)
@@ -94,7 +94,7 @@ static void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, c
     pack t4; EACH t4[h] = w[0][h] * c[0];
     pack t5; EACH t5[h] = q[2][h] * t4[h];
     pack t6; EACH t6[h] = t3[h] * t5[h];
-    pack t7; EACH t7[h] = v[0][h] * v[2][h] * K(2.0);
+    pack t7; EACH t7[h] = K(2.0) * (v[0][h] * v[2][h]);
     pack t8; EACH t8[h] = q[2][h] * c[4];
     pack t9; EACH t9[h] = q[2][h] * c[2];
     pack t10; EACH t10[h] = t8[h] + t9[h];
@@ -167,7 +167,7 @@ static void EOM_NAME(inverse_dynamics)(const pack *const *in, const scalar *p, c
     pack t4; EACH t4[h] = w[0][h] * c[0];
     pack t5; EACH t5[h] = q[2][h] * t4[h];
     pack t6; EACH t6[h] = t3[h] * t5[h];
-    pack t7; EACH t7[h] = v[0][h] * v[2][h] * K(2.0);
+    pack t7; EACH t7[h] = K(2.0) * (v[0][h] * v[2][h]);
     pack t8; EACH t8[h] = q[2][h] * c[4];
     pack t9; EACH t9[h] = q[2][h] * c[2];
     pack t10; EACH t10[h] = t8[h] + t9[h];
@@ -269,7 +269,7 @@ static void EOM_NAME(bias)(const pack *const *in, const scalar *p, const scalar 
     pack t3; EACH t3[h] = FMA(c1[h], s2[h], -(c2[h] * s1[h]));
     pack t4; EACH t4[h] = w[0][h] * c[0];
     pack t5; EACH t5[h] = t3[h] * (q[2][h] * t4[h]);
-    pack t6; EACH t6[h] = v[0][h] * v[2][h] * K(2.0);
+    pack t6; EACH t6[h] = K(2.0) * (v[0][h] * v[2][h]);
     pack t7; EACH t7[h] = q[2][h] * c[2];
     pack t8; EACH t8[h] = FMA(q[2][h], c[4], t7[h]);
     pack t9; EACH t9[h] = K(2.0) * (v[1][h] * w[1][h]);
@@ -359,7 +359,7 @@ static void EOM_NAME(prescribed_forces)(const pack *const *in, const scalar *p, 
     pack t2; EACH t2[h] = FMA(c0[h], c1[h], s0[h] * s1[h]);
     pack t3; EACH t3[h] = FMA(c1[h], s0[h], -(c0[h] * s1[h]));
     pack t4; EACH t4[h] = q[2][h] * c[0];
-    pack t5; EACH t5[h] = FMA(a[2][h], (t2[h] * c[0]), -(a[0][h] * (t3[h] * t4[h]))) + FMA(w[2][h], c[1], -FMA(v[0][h] * v[2][h] * K(2.0), (t3[h] * c[0]), FMA(v[0][h] * v[0][h], (t2[h] * t4[h]), v[1][h] * v[1][h] * (w[0][h] * c[1]))));
+    pack t5; EACH t5[h] = FMA(a[2][h], (t2[h] * c[0]), -(a[0][h] * (t3[h] * t4[h]))) + FMA(w[2][h], c[1], -FMA(K(2.0) * (v[0][h] * v[2][h]), (t3[h] * c[0]), FMA(v[0][h] * v[0][h], (t2[h] * t4[h]), v[1][h] * v[1][h] * (w[0][h] * c[1]))));
     EACH out[0][h] = FMA(p[11], (s1[h] * c[0]), t5[h]);
 }
 

@@ -82,7 +82,7 @@ const int eom_function_count = sizeof eom_functions / sizeof eom_functions[0];
 
 const double chain4_p[25] = {
     0.25, 0.5, 0.25, 0.0, 0.5, 1.0, 0.25, 0.5, 0.25, 0.0, 0.5, 1.0, 0.25, 0.5, 0.25, 0.0, 0.5, 1.0, 0.25, 0.5,
-    0.25, 0.0, 0.5, 1.0, 9.81
+    0.25, 0.0, 0.5, 1.0, 981000000000000049737992e-23
 };
 
 void chain4_forward_dynamics(const double *q, const double *v, const double *u, const double *p, double *out)

@@ -54,8 +54,8 @@
  * p[23]  link4.fraction3 (1)
  * p[24]  gravity (m/s^2)
  */
-#ifndef EOMGEN_CHAIN4_H
-#define EOMGEN_CHAIN4_H
+#ifndef CHAIN4_EQUATIONS_H
+#define CHAIN4_EQUATIONS_H
 
 #include <stddef.h>
 

@@ -65,7 +65,7 @@ typedef real pack[EOM_WIDE];
 #endif
 #define EACH _Pragma("GCC unroll 2") for (int h = 0; h < STREAMS; h++)
 #define R(x) ((x) - (real){0}) /* a scalar in every lane; a vector as it is */
-#define K(x) ((scalar)(x))
+#define K(x) ((scalar)x##L) /* a literal, read in the widest type */
 #define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
 #define SINCOS(x, s, c) eom_sincos(R(x), s, c)
 #define SINCOS_CALL(x, s, c) eom_sincos_call(R(x), s, c)
@@ -543,7 +543,7 @@ static void EOM_NAME(mass_matrix)(const pack *const *in, const scalar *p, const 
     EOM_NAME(mass_matrix_2)(in, p, c, out, work);
     EOM_NAME(mass_matrix_3)(in, p, c, out, work);
     for (int j = 0; j < 8; j++) {
-        for (int i = 0; i < 8; i++) EACH a[i][h] = R(K(i == j));
+        for (int i = 0; i < 8; i++) EACH a[i][h] = R((scalar)(i == j));
         EOM_NAME(mass_matrix_4)(in, p, c, out, work);
         EOM_NAME(mass_matrix_5)(in, p, c, out, work);
         EOM_NAME(mass_matrix_6)(in, p, c, out, work);
@@ -621,7 +621,7 @@ static __attribute__((noinline)) void EOM_NAME(energy_2)(const pack *const *in, 
     pack *const velocity_y_down = work + 8;
     pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
     pack t1; EACH t1[h] = v[0][h] * q[4][h];
-    pack t2; EACH t2[h] = FMA(v[0][h], (v[0][h] * (q[4][h] * (q[4][h] * c[1]))), v[4][h] * (v[4][h] * c[1])) * K(0.5);
+    pack t2; EACH t2[h] = K(0.5) * FMA(v[0][h], (v[0][h] * (q[4][h] * (q[4][h] * c[1]))), v[4][h] * (v[4][h] * c[1]));
     EACH height_down[0][h] = q[4][h] * s0[h];
     EACH velocity_x_down[0][h] = FMA(v[4][h], c0[h], -(s0[h] * t1[h]));
     EACH velocity_y_down[0][h] = FMA(v[4][h], s0[h], c0[h] * t1[h]);

@@ -102,7 +102,7 @@ const eom_function eom_functions[] = {
 const int eom_function_count = sizeof eom_functions / sizeof eom_functions[0];
 
 const double pendulum_p[5] = {
-    1.5, 0.8, 12.0, 0.25, 9.81
+    1.5, 800000000000000044408921e-24, 12.0, 0.25, 981000000000000049737992e-23
 };
 
 void pendulum_forward_dynamics(const double *q, const double *v, const double *u, const double *p, double *out)

@@ -14,8 +14,8 @@
  * p[3]  rod.joint_rest_angle (rad)
  * p[4]  gravity (m/s^2)
  */
-#ifndef EOMGEN_PENDULUM_H
-#define EOMGEN_PENDULUM_H
+#ifndef PENDULUM_EQUATIONS_H
+#define PENDULUM_EQUATIONS_H
 
 #include <stddef.h>
 

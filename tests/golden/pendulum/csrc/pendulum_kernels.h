@@ -25,7 +25,7 @@ typedef real pack[EOM_WIDE];
 #endif
 #define EACH _Pragma("GCC unroll 2") for (int h = 0; h < STREAMS; h++)
 #define R(x) ((x) - (real){0}) /* a scalar in every lane; a vector as it is */
-#define K(x) ((scalar)(x))
+#define K(x) ((scalar)x##L) /* a literal, read in the widest type */
 #define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
 #define SINCOS(x, s, c) eom_sincos(R(x), s, c)
 #define SINCOS_CALL(x, s, c) eom_sincos_call(R(x), s, c)
@@ -44,7 +44,7 @@ typedef real pack[EOM_WIDE];
 
 static void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *restrict c)
 {
-    pack t0; EACH t0[h] = p[1] * K(0.5);
+    pack t0; EACH t0[h] = K(0.5) * p[1];
     pack t1; EACH t1[h] = p[0] * t0[h];
     pack t2; EACH t2[h] = FMA(t0[h], t1[h], p[1] * (p[0] * p[1]) / K(12.0));
     pack t3; EACH t3[h] = PIVOT_INVERSE(t2[h], t2[h]);
@@ -58,7 +58,7 @@ static void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, c
 {
     const pack *const q = in[0];
     const pack *const u = in[2];
-    pack s0, c0; EACH SINCOS(q[0][h], &s0[h], &c0[h]);
+    pack c0_sin, c0; EACH SINCOS(q[0][h], &c0_sin[h], &c0[h]);
     EACH out[0][h] = (u[0][h] - FMA(p[2], (q[0][h] - p[3]), p[4] * (c[0] * c0[h]))) * c[1];
 }
 
@@ -72,7 +72,7 @@ static void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, c
 
 static void EOM_NAME(inverse_dynamics_constants)(const scalar *p, scalar *restrict c)
 {
-    pack t0; EACH t0[h] = p[1] * K(0.5);
+    pack t0; EACH t0[h] = K(0.5) * p[1];
     pack t1; EACH t1[h] = p[0] * t0[h];
     EACH c[0] = t1[h];
     EACH c[1] = FMA(t0[h], t1[h], p[1] * (p[0] * p[1]) / K(12.0));
@@ -84,7 +84,7 @@ static void EOM_NAME(inverse_dynamics)(const pack *const *in, const scalar *p, c
 {
     const pack *const q = in[0];
     const pack *const a = in[2];
-    pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
+    pack c0_sin, c0; EACH SINCOS_CALL(q[0][h], &c0_sin[h], &c0[h]);
     EACH out[0][h] = FMA(a[0][h], c[1], FMA(p[2], (q[0][h] - p[3]), p[4] * (c[0] * c0[h])));
 }
 
@@ -98,7 +98,7 @@ static void EOM_NAME(inverse_dynamics)(const pack *const *in, const scalar *p, c
 
 static void EOM_NAME(mass_matrix_constants)(const scalar *p, scalar *restrict c)
 {
-    pack t0; EACH t0[h] = p[1] * K(0.5);
+    pack t0; EACH t0[h] = K(0.5) * p[1];
     EACH c[0] = FMA(t0[h], (p[0] * t0[h]), p[1] * (p[0] * p[1]) / K(12.0));
 }
 
@@ -119,7 +119,7 @@ static void EOM_NAME(mass_matrix)(const pack *const *in, const scalar *p, const 
 
 static void EOM_NAME(bias_constants)(const scalar *p, scalar *restrict c)
 {
-    EACH c[0] = p[0] * (p[1] * K(0.5));
+    EACH c[0] = p[0] * (K(0.5) * p[1]);
 }
 
 #endif
@@ -127,7 +127,7 @@ static void EOM_NAME(bias_constants)(const scalar *p, scalar *restrict c)
 static void EOM_NAME(bias)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
     const pack *const q = in[0];
-    pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
+    pack c0_sin, c0; EACH SINCOS_CALL(q[0][h], &c0_sin[h], &c0[h]);
     EACH out[0][h] = FMA(p[2], (q[0][h] - p[3]), p[4] * (c[0] * c0[h]));
 }
 
@@ -141,11 +141,11 @@ static void EOM_NAME(bias)(const pack *const *in, const scalar *p, const scalar 
 
 static void EOM_NAME(energy_constants)(const scalar *p, scalar *restrict c)
 {
-    pack t0; EACH t0[h] = p[1] * K(0.5);
+    pack t0; EACH t0[h] = K(0.5) * p[1];
     pack t1; EACH t1[h] = p[0] * t0[h];
     EACH c[0] = t1[h];
     EACH c[1] = FMA(t0[h], t1[h], p[1] * (p[0] * p[1]) / K(12.0));
-    EACH c[2] = p[2] * K(0.5);
+    EACH c[2] = K(0.5) * p[2];
 }
 
 #endif
@@ -154,7 +154,7 @@ static void EOM_NAME(energy)(const pack *const *in, const scalar *p, const scala
 {
     const pack *const q = in[0];
     const pack *const v = in[1];
-    pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
+    pack s0, s0_cos; EACH SINCOS_CALL(q[0][h], &s0[h], &s0_cos[h]);
     pack t1; EACH t1[h] = q[0][h] - p[3];
     EACH out[0][h] = K(0.5) * (v[0][h] * (v[0][h] * c[1]));
     EACH out[1][h] = FMA(p[4], (c[0] * s0[h]), c[2] * (t1[h] * t1[h]));
