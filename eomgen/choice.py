@@ -15,7 +15,8 @@ from eomgen.ir.program import Program
 from eomgen.passes import hoist
 
 SOLVERS = ("auto", "dense", "articulated")
-LOOPED_FROM = 24  # links; below, straight-line code is faster to run and not much slower to compile
+LINKS_PER_RUN = 2  # on average; with shorter runs the loops are longer than what they replace
+LOOPED_FROM = 8  # links; from there on loops run as fast as straight-line code and compile several times faster
 DENSE_PAIRS = 1000  # products of a dense elimination; beyond, the recursion always has fewer operations
 MOST_STRAIGHT_LINKS = 60  # for functions that have no loops: their text grows like n³
 MOST_DENSE_LINKS = 300  # a method that writes every pair of links down
@@ -44,12 +45,9 @@ def programs(equations: Equations, names: Sequence[str], looped: bool | None, so
     walking = isinstance(equations, ArticulatedEquations)
     if looped and not walking:
         raise OptionError(f"loops over links need method 'articulated', not {equations.method!r}")
-    if not walking and m > MOST_DENSE_LINKS:
-        raise UnsupportedError(
-            f"{m} links by method {equations.method!r} would write down {m * (m + 1) // 2} pairs of links; "
-            f"allowed: up to {MOST_DENSE_LINKS}; use method 'articulated', whose cost grows with the number of links"
-        )
-    if looped or (looped is None and walking and m >= LOOPED_FROM):
+    check_size(equations.method, m)
+    repeats = m >= LOOPED_FROM and m >= LINKS_PER_RUN * len(loops.groups(equations.mechanism))
+    if looped or (looped is None and walking and repeats):
         if solver == "dense":
             raise OptionError("the dense solver cannot be written as loops; use solver 'articulated' or loops=False")
         return [_looped(equations, name, looped) for name in names]
@@ -57,16 +55,32 @@ def programs(equations: Equations, names: Sequence[str], looped: bool | None, so
     for name in names:
         solved = _solved(equations, name, solver)
         walked = isinstance(solved, ArticulatedEquations) and not isinstance(solved, _Dense)
+        if name == "forward_dynamics" and walked and looped is None and repeats:
+            found.append(_looped(equations, name, looped))
+            continue
         form = "articulated recursion" if walked else "dense elimination"
         program = functions.program(solved, name)
         found.append(replace(program, form=form) if name == "forward_dynamics" else program)
     return found
 
 
+def check_size(method: str, links: int) -> None:
+    """Refuses a chain that a method would write down pair by pair.
+
+    Raises:
+        UnsupportedError: there are too many links for it.
+    """
+    if method != "articulated" and links > MOST_DENSE_LINKS:
+        raise UnsupportedError(
+            f"{links} links by method {method!r} would write down {links * (links + 1) // 2} pairs of links; "
+            f"allowed: up to {MOST_DENSE_LINKS}; use method 'articulated', whose cost grows with the number of links"
+        )
+
+
 def _looped(equations: MechanismEquations, name: str, asked: bool | None) -> Program:
     """A function as loops; one that has no such form is written out if loops were not asked for and it is short."""
     if name in loops.LOOPED:
-        return replace(loops.program(equations.mechanism, name), form="loops over links")
+        return replace(loops.program(equations.mechanism, name), form="articulated recursion in loops over links")
     m = len(equations.mechanism.links)
     if asked or m > MOST_STRAIGHT_LINKS:
         raise UnsupportedError(

@@ -70,6 +70,26 @@ LOOPED: dict[str, Looped] = {
 }
 
 
+def groups(mechanism: Mechanism) -> list[list[int]]:
+    """The links in runs: consecutive ones whose steps are the same."""
+    scene = mechanism.scene
+
+    def kind(i: int) -> tuple[object, ...]:
+        link, parent = scene.links[i], scene.parents[i]
+        numbers = tuple(value for _, _, value in link.parameters) if mechanism.fold else ()
+        names = tuple(short for short, _, _ in link.parameters)
+        shared = parent >= 0 and len(scene.children[parent]) > 1
+        return (link.model, link.mode, link.hangs, names, numbers, parent < 0, shared, not scene.children[i])
+
+    found: list[list[int]] = []
+    for i in range(len(scene.links)):
+        if found and kind(found[-1][0]) == kind(i):
+            found[-1].append(i)
+        else:
+            found.append([i])
+    return found
+
+
 def program(mechanism: Mechanism, name: str) -> Program:
     """The function of this name as loops over links."""
     return _Builder(mechanism, name).build()
@@ -154,29 +174,11 @@ class _Builder:
             gravity = self.graph.symbol("gravity")
             self.shared[gravity] = ("p", len(mechanism.symbols.p) - 1)
         self.ground = _Ground(self.graph, gravity)
-        self.runs = self._partition()
+        self.runs = [_Run(mechanism, members, self.graph) for members in groups(mechanism)]
         self.run_of = {i: run for run in self.runs for i in run.members}
         self.flowing: set[tuple[int, _Run, int]] = set()  # (walk, run, quantity) that can be other than zero
         self.scratch: dict[str, Array] = {}
         self.blocks: list[Block] = []
-
-    def _partition(self) -> list[_Run]:
-        def kind(i: int) -> tuple[object, ...]:
-            link = self.scene.links[i]
-            numbers = tuple(value for _, _, value in link.parameters) if self.mechanism.fold else ()
-            names = tuple(short for short, _, _ in link.parameters)
-            parent = self.scene.parents[i]
-            shared = parent >= 0 and len(self.scene.children[parent]) > 1
-            place = (parent < 0, shared, not self.scene.children[i])
-            return (link.model, link.mode, link.hangs, names, numbers, place)
-
-        groups: list[list[int]] = []
-        for i in range(len(self.scene.links)):
-            if groups and kind(groups[-1][0]) == kind(i):
-                groups[-1].append(i)
-            else:
-                groups.append([i])
-        return [_Run(self.mechanism, members, self.graph) for members in groups]
 
     def build(self) -> Program:
         """The program."""
@@ -184,7 +186,7 @@ class _Builder:
         outputs = self.looped.outputs(self.mechanism)
         target = "column" if self.looped.columns else "out"
         if self.looped.add:
-            self.blocks.append(_zeros([(target, i) for i in range(len(outputs))], self.graph))
+            self.blocks.append(_zeros([target], range(len(outputs)), self.graph))
         first = 0
         walks, steps = self._steps()
         for w, walk in enumerate(walks):
@@ -263,13 +265,8 @@ class _Builder:
         """Sums over several children start at zero."""
         several = [i for i, children in enumerate(self.scene.children) if len(children) > 1]
         if walk.upward and several:
-            places = [
-                (self._flow_array(w, walk, k), i)
-                for k in range(len(walk.names))
-                for i in several
-                if any((w, run, k) in self.flowing for run in self.runs)
-            ]
-            self.blocks.append(_zeros(places, self.graph))
+            flowing = [k for k in range(len(walk.names)) if any((w, run, k) in self.flowing for run in self.runs)]
+            self.blocks.append(_zeros([self._flow_array(w, walk, k) for k in flowing], several, self.graph))
 
     def _block(
         self, w: int, walk: Walk, run: _Run, flow: Flow, results: Results, outputs: Outputs, target: str
@@ -329,8 +326,9 @@ class _Builder:
         return first if first == last else f"{first} to {last}"
 
 
-def _zeros(places: list[tuple[str, int]], graph: Graph) -> Block:
-    return Block("sums start at zero", {}, tuple(Store(Place(array, (index,)), graph.zero) for array, index in places))
+def _zeros(arrays: list[str], indices: Sequence[int], graph: Graph) -> Block:
+    stores = tuple(Store(Place(array, tuple(indices)), graph.zero) for array in arrays)
+    return Block("sums start at zero", {}, stores, len(indices))
 
 
 def _is_still(node: Node, loads: Mapping[Node, Place]) -> bool:

@@ -134,6 +134,8 @@ def compile(
     kinds = _dtypes(dtypes)
     place = _check_out(out, force)
     with watch.stage("derive"):
+        if isinstance(scene, Scene):
+            choice.check_size(method, len(scene.links))
         equations = scene if isinstance(scene, Equations) else derive(scene, method, fold)
         built = programs(equations, functions, loops, solver)
         regularity.check(equations)

@@ -7,6 +7,7 @@ if __name__ == "__main__":  # not this folder: its files are named like packages
     sys.path[0] = str(Path(__file__).resolve().parents[2])
 
 import ctypes
+import os
 import subprocess
 from functools import partial
 
@@ -105,7 +106,15 @@ def compiled_loop(module, case, function, size):
     loop.write_text(LOOP.format(name=name, function=function, n=case.q.shape[1], size=size))
     sources = [loop, folder / f"{name}.c", folder / "eomgen_batch.c"]
     library = case.folder / "loop.so"
-    words = ["cc", *module.info["flags"].split(), "-fvisibility=default", "-shared", f"-I{folder}", *map(str, sources)]
+    compiler = (os.environ.get("CC") or "cc").split()
+    words = [
+        *compiler,
+        *module.info["flags"].split(),
+        "-fvisibility=default",
+        "-shared",
+        f"-I{folder}",
+        *map(str, sources),
+    ]
     subprocess.run([*words, "-o", str(library), "-lm"], check=True)
     return ctypes.CDLL(str(library))
 

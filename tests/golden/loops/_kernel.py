@@ -339,8 +339,8 @@ def _energy(xp, number, q, v, p, c):
     velocity_y_down = [0.0] * 4
     out = [0.0] * 2
     # sums start at zero
-    out[0] = 0.0
-    out[1] = 0.0
+    for k in range(2):
+        out[k] = 0.0
     # link1, root to tips
     s0 = xp.sin(q[0])
     c0 = xp.cos(q[0])

@@ -7,6 +7,8 @@ The functions are written against an array namespace, so arrays of another libra
 the Python array API) are computed by that library, in one piece and without NumPy.
 """
 
+import math
+
 import numpy
 
 
@@ -72,12 +74,15 @@ class Function:
             raise TypeError(f"{self.__name__}() takes {self.nin} positional arguments but {len(arguments)} were given")
         if out is not None:
             raise TypeError("out= is for NumPy arrays")
-        first = next(x for x in arguments if hasattr(x, "dtype") and not isinstance(x, numpy.ndarray))
-        arrays = [x if _namespace([x]) else _like(xp, x, first) for x in arguments]
+        foreign = [x for x in arguments if _namespace([x]) is not None]
+        floats = [x.dtype for x in foreign if "float" in str(x.dtype)]
+        dtype = min(floats, key=lambda kind: float(xp.finfo(kind).eps)) if floats else xp.float64
+        first = foreign[0]
+        arrays = [_like(xp, x, first, dtype) for x in arguments]
         batch = self._batch(arrays)
-        values = [_unstack(xp, array, len(core)) for array, core in zip(arrays, self._shapes, strict=True)]
+        values = [_unstack(xp, array, core) for array, core in zip(arrays, self._shapes, strict=True)]
         constants = self._constants(xp, float, values[-1]) if self._constants else ()
-        elements = [_like(xp, x, first) for x in self._kernel(xp, float, *values, constants)]
+        elements = [_like(xp, x, first, dtype) for x in self._kernel(xp, float, *values, constants)]
         last = {"dim" if xp.__name__ == "torch" else "axis": -1}
         stacked = xp.stack([xp.broadcast_to(x, batch) for x in elements], **last)
         return xp.reshape(stacked, (*batch, *self._result))
@@ -223,25 +228,33 @@ def _namespace(arrays):
     return None
 
 
-def _like(xp, value, example):
-    """A number or array as an array of the example's kind."""
+def _like(xp, value, example, dtype):
+    """A number or array as an array of the example's library and device."""
     if _namespace([value]) is not None:
-        return value
+        if value.dtype == dtype:
+            return value
+        return value.to(dtype) if xp.__name__ == "torch" else xp.asarray(value, dtype=dtype)
     known = {"device": example.device} if xp.__name__ == "torch" else {}
-    return xp.asarray(value, dtype=example.dtype, **known)
+    return xp.asarray(
+        numpy.array(value, dtype=float) if isinstance(value, numpy.ndarray) else value, dtype=dtype, **known
+    )
 
 
-def _unstack(xp, array, axes):
-    """The elements of the last `axes` axes, the last running fastest."""
+def _unstack(xp, array, core):
+    """The elements of the core axes, the last running fastest."""
+    size = math.prod(core)
     shape = tuple(array.shape)
-    flat = xp.reshape(array, (*shape[: len(shape) - axes], -1))
-    return [flat[..., i] for i in range(flat.shape[-1])]
+    flat = xp.reshape(array, (*shape[: len(shape) - len(core)], size))
+    return [flat[..., i] for i in range(size)]
 
 
 def pivot_inverse(xp, pivot, reference):
     """1/pivot where it is safely positive beside the reference (above 16 eps), elsewhere NaN and an invalid flag."""
-    if isinstance(pivot, (float, numpy.generic)):
+    if isinstance(pivot, (int, float)):
+        xp = numpy
+    if xp is numpy:
         pivot = numpy.asarray(pivot)
     safe = pivot > 16 * float(xp.finfo(pivot.dtype).eps) * reference
     one = xp.ones_like(pivot)
-    return xp.where(safe, one, 0 * one) / xp.where(safe, pivot, 0 * one)
+    inverse = xp.where(safe, one, 0 * one) / xp.where(safe, pivot, 0 * one)
+    return float(inverse) if xp is numpy and not inverse.ndim and inverse.dtype == float else inverse

@@ -607,8 +607,9 @@ static void EOM_NAME(energy_constants)(const scalar *p, scalar *restrict c)
 static __attribute__((noinline)) void EOM_NAME(energy_1)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
     /* sums start at zero */
-    EACH out[0][h] = R(K(0.0));
-    EACH out[1][h] = R(K(0.0));
+    for (int k = 0; k < 2; k++) {
+        EACH out[k][h] = R(K(0.0));
+    }
 }
 
 static __attribute__((noinline)) void EOM_NAME(energy_2)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
