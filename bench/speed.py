@@ -177,7 +177,8 @@ class Place(NamedTuple):
     compiles: Path
 
     def environment(self, cache: Path | None = None) -> dict[str, str]:
-        return {**os.environ, "EOMGEN_CACHE": str(cache or self.models)}
+        """For a process: its cache, and temporary files where they go with the run even if it is stopped."""
+        return {**os.environ, "EOMGEN_CACHE": str(cache or self.models), "TMPDIR": str(self.models.parent)}
 
 
 class Cell(NamedTuple):

@@ -13,7 +13,7 @@ from eomgen.model import Model
 
 RUNTIME = Path(__file__).parent / "runtime" / "_gufunc.py"
 PRINTER = NumPyPrinter()
-BLOCK_BYTES = 1 << 20  # of temporaries that are alive together
+BLOCK_BYTES = 1 << 22  # of temporaries that are alive together
 SMALLEST, LARGEST = 64, 4096  # states per block
 
 

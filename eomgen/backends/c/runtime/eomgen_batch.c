@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { EOM_AHEAD = 512 }; /* bytes: 64 states of doubles */
 enum { EOM_MAX_INPUTS = 8, EOM_MAX_STREAMS = 2, EOM_STACK_BYTES = 16384 };
 
 /* An operand: `size` elements at the address of its state plus `offset` of each. */

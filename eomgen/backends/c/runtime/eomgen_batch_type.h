@@ -75,6 +75,9 @@ static void FN(eom_run_one)(const eom_function *f, const eom_kernels *k, const e
 }
 
 #if EOM_WIDTH > 1
+/* A vector anywhere in memory. */
+typedef SCALAR FN(eom_loose) __attribute__((vector_size(sizeof(VECTOR)), aligned(sizeof(SCALAR)), may_alias));
+
 /* Strided elements of EOM_WIDTH states into lanes, one element after the other. */
 static void FN(eom_load_strided)(const eom_operand *o, const char *first, int count, VECTOR *to, int streams)
 {
@@ -102,15 +105,26 @@ static void FN(eom_load_vectors)(const eom_operand *o, const char *first, VECTOR
             memcpy(to, first + i * o->row + j * o->column, sizeof(VECTOR));
 }
 
-/* The same for a block of two whole vectors and elements in one row. */
+/* The same for a block of two whole vectors and elements in one row. Many rows are more streams than the hardware
+ * follows, so the place of a later block is asked for. */
 static void FN(eom_load_pairs)(const eom_operand *o, const char *first, VECTOR *to)
 {
-    for (int i = 0; i < o->rows; i++, first += o->row, to += 2) memcpy(to, first, 2 * sizeof(VECTOR));
+    for (int i = 0; i < o->rows; i++, first += o->row, to += 2) {
+        __builtin_prefetch(first + EOM_AHEAD);
+        __builtin_prefetch(first + EOM_AHEAD + 64);
+        to[0] = ((const FN(eom_loose) *)first)[0];
+        to[1] = ((const FN(eom_loose) *)first)[1];
+    }
 }
 
 static void FN(eom_store_pairs)(const eom_operand *o, char *first, const VECTOR *from)
 {
-    for (int i = 0; i < o->rows; i++, first += o->row, from += 2) memcpy(first, from, 2 * sizeof(VECTOR));
+    for (int i = 0; i < o->rows; i++, first += o->row, from += 2) {
+        __builtin_prefetch(first + EOM_AHEAD, 1);
+        __builtin_prefetch(first + EOM_AHEAD + 64, 1);
+        ((FN(eom_loose) *)first)[0] = from[0];
+        ((FN(eom_loose) *)first)[1] = from[1];
+    }
 }
 
 static int FN(eom_has_pairs)(const eom_operand *o, intptr_t left, int streams)
@@ -136,7 +150,7 @@ static void FN(eom_load_rows)(const SCALAR *first, int n, intptr_t step, VECTOR 
         for (int e = 0; e < n; e += EOM_WIDTH) {
             if (e > n - EOM_WIDTH) e = n - EOM_WIDTH;
             EOM_UNROLLED for (int lane = 0; lane < EOM_WIDTH; lane++)
-                memcpy(&tile[lane], first + lane * step + e, sizeof(VECTOR));
+                tile[lane] = *(const FN(eom_loose) *)(first + lane * step + e);
             EOM_TRANSPOSE(tile);
             EOM_UNROLLED for (int k = 0; k < EOM_WIDTH; k++) to[(e + k) * streams] = tile[k];
         }
@@ -146,7 +160,7 @@ static void FN(eom_load_rows)(const SCALAR *first, int n, intptr_t step, VECTOR 
     SCALAR ends[2 * EOM_WIDTH];
     memcpy(ends, first + last, EOM_WIDTH * sizeof(SCALAR));
     EOM_UNROLLED for (int lane = 0; lane < EOM_WIDTH; lane++)
-        memcpy(&tile[lane], lane * n <= last ? first + lane * n : ends + (lane * n - last), sizeof(VECTOR));
+        tile[lane] = *(const FN(eom_loose) *)(lane * n <= last ? first + lane * n : ends + (lane * n - last));
     EOM_TRANSPOSE(tile);
     for (int k = 0; k < n; k++) to[k * streams] = tile[k];
 }
@@ -166,7 +180,7 @@ static void FN(eom_store_rows)(SCALAR *first, int n, intptr_t step, const VECTOR
             EOM_UNROLLED for (int k = 0; k < EOM_WIDTH; k++) tile[k] = from[(e + k) * streams];
             EOM_TRANSPOSE(tile);
             EOM_UNROLLED for (int lane = 0; lane < EOM_WIDTH; lane++)
-                memcpy(first + lane * step + e, &tile[lane], sizeof(VECTOR));
+                *(FN(eom_loose) *)(first + lane * step + e) = tile[lane];
         }
         return;
     }
@@ -175,7 +189,7 @@ static void FN(eom_store_rows)(SCALAR *first, int n, intptr_t step, const VECTOR
     EOM_UNROLLED for (int lane = 0; lane < EOM_WIDTH; lane++) {
         /* What is written past a row's end is written again by the rows after it. */
         if (lane * n + EOM_WIDTH <= EOM_WIDTH * n)
-            memcpy(first + lane * n, &tile[lane], sizeof(VECTOR));
+            *(FN(eom_loose) *)(first + lane * n) = tile[lane];
         else
             for (int k = 0; k < n; k++) first[lane * n + k] = tile[lane][k];
     }
