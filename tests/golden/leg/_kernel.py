@@ -84,7 +84,7 @@ forward_dynamics = Function(
     _forward_dynamics_constants,
     True,
     _forward_dynamics,
-    1984,
+    4096,
     ('float64',),
 )
 forward_dynamics.__module__ = __name__
@@ -155,7 +155,7 @@ inverse_dynamics = Function(
     _inverse_dynamics_constants,
     True,
     _inverse_dynamics,
-    2368,
+    4096,
     ('float64',),
 )
 inverse_dynamics.__module__ = __name__
@@ -270,7 +270,7 @@ bias = Function(
     _bias_constants,
     True,
     _bias,
-    3072,
+    4096,
     ('float64',),
 )
 bias.__module__ = __name__
@@ -325,7 +325,7 @@ energy = Function(
     _energy_constants,
     True,
     _energy,
-    3328,
+    4096,
     ('float64',),
 )
 energy.__module__ = __name__

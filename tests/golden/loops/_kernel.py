@@ -167,7 +167,7 @@ forward_dynamics = Function(
     _forward_dynamics_constants,
     True,
     _forward_dynamics,
-    1088,
+    4096,
     ('float64',),
 )
 forward_dynamics.__module__ = __name__
@@ -300,7 +300,7 @@ mass_matrix = Function(
     _mass_matrix_constants,
     True,
     _mass_matrix,
-    768,
+    3200,
     ('float64',),
 )
 mass_matrix.__module__ = __name__
@@ -382,7 +382,7 @@ energy = Function(
     _energy_constants,
     True,
     _energy,
-    1344,
+    4096,
     ('float64',),
 )
 energy.__module__ = __name__
