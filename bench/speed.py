@@ -689,7 +689,7 @@ def spread(values: Sequence[float], text: str, metric: str = "") -> str:
 
 
 def targets(data: Data) -> list[Target]:
-    """The table of issue 3."""
+    """The targets of speed, a row each."""
     rows: list[Target] = []
     for n in (5, 10, 20):
         row, contiguous = Side("ours", "rigid", n), Side("ours-batch", "rigid", n)
