@@ -394,7 +394,7 @@ class Target(NamedTuple):
 
 
 def targets(data: Data) -> list[Target]:
-    """The targets of generation; the figures for CasADi and SymEngine (4 and 3 ms) are those of Lagrange's equations."""
+    """The targets of generation; 4 and 3 ms of CasADi and SymEngine are those of Lagrange's equations."""
     free = [kind for kind in data.kinds if kind != "rigid"]
     rows = [_against(data, method, kind, 3, "sympy_lagrange", 1000) for kind in free for method in METHODS]
     for name in ("casadi_lagrange", "symengine_lagrange"):
