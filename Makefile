@@ -21,7 +21,7 @@ lint: $(VENV)/.test
 	$(BIN)/mypy
 
 bench: $(VENV)/.bench
-	$(BIN)/python -m pytest -m slow
+	$(BIN)/python tests/test_sincos.py
 	$(BIN)/eomgen bench table1
 	$(BIN)/eomgen bench speed
 
