@@ -255,9 +255,10 @@ class _Lumped(_Solved):
         along, across = _from_parent(link, u, n)
         pulled = _apply(self.gain, along, across)
         zu, zn = self.z[0] - pulled[0], self.z[1] - pulled[1]
+        # s (1/s) is 1, or NaN where s vanishes: the state as a whole is singular there, not only its angle.
         results = {
             "angle": (zn - 2 * (link.length_rate * link.rate)) * self.per_length,
-            "length": zu + link.length * (link.rate * link.rate),
+            "length": zu + (link.length * self.per_length) * (link.length * (link.rate * link.rate)),
         }
         return (along + link.L1 * zu, across + link.L1 * zn), results
 

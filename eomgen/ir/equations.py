@@ -222,4 +222,11 @@ def solve(matrix: Matrix, right: Sequence[Node], order: Sequence[int]) -> Vector
     for k in reversed(order):
         known = graph.sum(element * solution[i] for i, element in columns[k])
         solution[k] = (b[k] - known) * inverse[k]
+    # A pivot that fails makes all that is coupled to it NaN; what is coupled to nothing is told by a factor of one.
+    coupled = {i for k, column in columns.items() if column for i in (k, *(pivot for pivot, _ in column))}
+    alone = [k for k in order if k not in coupled]
+    for k in alone:
+        for pivot in alone:
+            if pivot != k:
+                solution[k] = solution[k] * (matrix[pivot][pivot] * inverse[pivot])
     return tuple(solution[k] for k in range(len(b)))

@@ -140,7 +140,7 @@ def _forward_dynamics(xp, number, q, v, u, p, c):
     acceleration_u_down1[0] = t1 + t2
     acceleration_n_down1[0] = t3 + t7
     out[0] = t6 * (t7 - 2.0 * (v[0] * v[4]))
-    out[4] = t2 + q[4] * (v[0] * v[0])
+    out[4] = t2 + q[4] * t6 * (q[4] * (v[0] * v[0]))
     # link2 to link3, root to tips
     for k in range(2):
         t0 = kept6[k] * acceleration_u_down1[k] + kept7[k] * acceleration_n_down1[k]
@@ -150,11 +150,11 @@ def _forward_dynamics(xp, number, q, v, u, p, c):
         acceleration_u_down1[1 + k] = t0 + t1
         acceleration_n_down1[1 + k] = t2 + t3
         out[1 + k] = kept3[k] * (t3 - 2.0 * (v[1 + k] * v[5 + k]))
-        out[5 + k] = t1 + q[5 + k] * (v[1 + k] * v[1 + k])
+        out[5 + k] = t1 + q[5 + k] * kept3[k] * (q[5 + k] * (v[1 + k] * v[1 + k]))
     # link4, root to tips
     t0 = kept8[0] * (kept9[0] * c[8] - c[7] * (kept10[0] * acceleration_n_down1[2] - kept11[0] * acceleration_u_down1[2]) - 2.0 * (v[3] * v[7]))
     out[3] = t0
-    out[7] = u[7] * c[8] - c[7] * (kept10[0] * acceleration_u_down1[2] + kept11[0] * acceleration_n_down1[2]) + q[7] * (v[3] * v[3])
+    out[7] = u[7] * c[8] - c[7] * (kept10[0] * acceleration_u_down1[2] + kept11[0] * acceleration_n_down1[2]) + q[7] * kept8[0] * (q[7] * (v[3] * v[3]))
     return out
 
 

@@ -263,7 +263,7 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_3)(const pack *c
     EACH acceleration_u_down1[0][h] = t1[h] + t2[h];
     EACH acceleration_n_down1[0][h] = t3[h] + t7[h];
     EACH out[0][h] = t6[h] * FMA(-K(2.0), (v[0][h] * v[4][h]), t7[h]);
-    EACH out[4][h] = FMA(q[4][h], (v[0][h] * v[0][h]), t2[h]);
+    EACH out[4][h] = FMA(q[4][h] * t6[h], (q[4][h] * (v[0][h] * v[0][h])), t2[h]);
 }
 
 static __attribute__((noinline)) void EOM_NAME(forward_dynamics_4)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
@@ -287,7 +287,7 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_4)(const pack *c
         EACH acceleration_u_down1[1 + k][h] = t0[h] + t1[h];
         EACH acceleration_n_down1[1 + k][h] = t2[h] + t3[h];
         EACH out[1 + k][h] = kept3[k][h] * FMA(-K(2.0), (v[1 + k][h] * v[5 + k][h]), t3[h]);
-        EACH out[5 + k][h] = FMA(q[5 + k][h], (v[1 + k][h] * v[1 + k][h]), t1[h]);
+        EACH out[5 + k][h] = FMA(q[5 + k][h] * kept3[k][h], (q[5 + k][h] * (v[1 + k][h] * v[1 + k][h])), t1[h]);
     }
 }
 
@@ -305,7 +305,7 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_5)(const pack *c
     pack *const kept11 = work + 33;
     pack t0; EACH t0[h] = kept8[0][h] * FMA(-K(2.0), (v[3][h] * v[7][h]), FMA(kept9[0][h], c[8], -(c[7] * FMA(kept10[0][h], acceleration_n_down1[2][h], -(kept11[0][h] * acceleration_u_down1[2][h])))));
     EACH out[3][h] = t0[h];
-    EACH out[7][h] = FMA(q[7][h], (v[3][h] * v[3][h]), FMA(u[7][h], c[8], -(c[7] * FMA(kept10[0][h], acceleration_u_down1[2][h], kept11[0][h] * acceleration_n_down1[2][h]))));
+    EACH out[7][h] = FMA(q[7][h] * kept8[0][h], (q[7][h] * (v[3][h] * v[3][h])), FMA(u[7][h], c[8], -(c[7] * FMA(kept10[0][h], acceleration_u_down1[2][h], kept11[0][h] * acceleration_n_down1[2][h]))));
 }
 
 static void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
