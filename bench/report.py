@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib.metadata
+import json
 import os
 import platform
 import subprocess
@@ -16,7 +17,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from eomgen import backends
-from eomgen.errors import BuildError, EomgenError, OptionError, UnsupportedError, one_line
+from eomgen.errors import BuildError, EomgenError, OptionError, UnsupportedError, one_line, shown
 from eomgen.version import __version__
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -274,3 +275,28 @@ def log_log(
     figure.savefig(private, dpi=120, metadata={"Software": None})
     private.replace(path)
     pyplot.close(figure)
+
+
+def load(path: str, suite: str) -> dict[str, Any]:
+    """The contents of the JSON that a suite wrote.
+
+    Raises:
+        OptionError: it cannot be read, or is something else.
+    """
+    try:
+        found: dict[str, Any] = json.loads(Path(path).read_text(encoding="utf-8"))
+        if found["suite"] == suite and found["records"] is not None:
+            return found
+    except OSError as error:
+        raise OptionError(f"--from-json {shown(path)} cannot be read ({error.strerror})") from None
+    except (ValueError, KeyError, TypeError):
+        pass
+    raise OptionError(f"--from-json {shown(path)} is no {suite}.json; give a file that eomgen bench {suite} wrote")
+
+
+def dumped(found: Mapping[str, Any]) -> str:
+    """The JSON with a line for each record."""
+    lines = [json.dumps(record, ensure_ascii=False) for record in found["records"]]
+    rest = {key: value for key, value in found.items() if key != "records"}
+    head = json.dumps({**rest, "records": []}, indent=1, ensure_ascii=False).removesuffix("[]\n}")
+    return head + "[\n  " + ",\n  ".join(lines) + "\n ]\n}\n"

@@ -1014,31 +1014,6 @@ def _aims(axis: Any, rows: Sequence[Target]) -> None:
 # The command line.
 
 
-def load(path: str) -> dict[str, Any]:
-    """The contents of a `speed.json`.
-
-    Raises:
-        OptionError: it cannot be read, or is something else.
-    """
-    try:
-        found: dict[str, Any] = json.loads(Path(path).read_text(encoding="utf-8"))
-        if found["suite"] == "speed" and found["records"] is not None:
-            return found
-    except OSError as error:
-        raise OptionError(f"--from-json {shown(path)} cannot be read ({error.strerror})") from None
-    except (ValueError, KeyError, TypeError):
-        pass
-    raise OptionError(f"--from-json {shown(path)} is no speed.json; give a file that eomgen bench speed wrote")
-
-
-def dumped(found: Mapping[str, Any]) -> str:
-    """The JSON with a line for each record."""
-    lines = [json.dumps(record, ensure_ascii=False) for record in found["records"]]
-    rest = {key: value for key, value in found.items() if key != "records"}
-    head = json.dumps({**rest, "records": []}, indent=1, ensure_ascii=False).removesuffix("[]\n}")
-    return head + "[\n  " + ",\n  ".join(lines) + "\n ]\n}\n"
-
-
 def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     """The options."""
     parser = report.Parser(
@@ -1070,13 +1045,13 @@ def main() -> int:
     report.require("matplotlib", "the plot of speed", "bench")
     place = report.folder(options.out)
     if options.from_json:
-        found = load(options.from_json)
+        found = report.load(options.from_json, "speed")
     else:
         if not hasattr(os, "wait4"):
             raise UnsupportedError("bench speed needs a POSIX system for its time limits")
         found = measure(options.quick, {"quick": options.quick})
         found["targets"] = [{**row._asdict(), "met": row.met} for row in targets(Data(found))]
-        report.write(place / "speed.json", dumped(found))
+        report.write(place / "speed.json", report.dumped(found))
     data = Data(found)
     report.write(place / "speed.md", render(data))
     plot(data, place / "speed.png")

@@ -585,31 +585,6 @@ def plot(data: Data, path: Path) -> None:
     report.log_log(path, panels, title, "links", "time", {limit: f"limit, {limit:g} s"})
 
 
-def load(path: str) -> dict[str, Any]:
-    """The contents of a `table1.json`.
-
-    Raises:
-        OptionError: it cannot be read, or is something else.
-    """
-    try:
-        found: dict[str, Any] = json.loads(Path(path).read_text(encoding="utf-8"))
-        if found["suite"] == "table1" and found["records"] is not None:
-            return found
-    except OSError as error:
-        raise OptionError(f"--from-json {shown(path)} cannot be read ({error.strerror})") from None
-    except (ValueError, KeyError, TypeError):
-        pass
-    raise OptionError(f"--from-json {shown(path)} is no table1.json; give a file that eomgen bench table1 wrote")
-
-
-def dumped(found: Mapping[str, Any]) -> str:
-    """The JSON with a line for each record."""
-    lines = [json.dumps(record, ensure_ascii=False) for record in found["records"]]
-    rest = {key: value for key, value in found.items() if key != "records"}
-    head = json.dumps({**rest, "records": []}, indent=1, ensure_ascii=False).removesuffix("[]\n}")
-    return head + "[\n  " + ",\n  ".join(lines) + "\n ]\n}\n"
-
-
 def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     """The options, with `sizes` and `kinds` decoded."""
     parser = report.Parser(
@@ -645,7 +620,7 @@ def main() -> int:
     report.require("matplotlib", "the plot of table1", "bench")
     place = report.folder(options.out)
     if options.from_json:
-        found = load(options.from_json)
+        found = report.load(options.from_json, "table1")
     else:
         for package in ("pytest", "pytest_benchmark"):
             report.require(package, "bench table1", "bench")
@@ -659,7 +634,7 @@ def main() -> int:
             plan = settings(options.sizes, options.kinds, options.limit, contenders)
         found = measure(plan, arguments)
         found["targets"] = [row._asdict() for row in targets(Data(found))]
-        report.write(place / "table1.json", dumped(found))
+        report.write(place / "table1.json", report.dumped(found))
     data = Data(found)
     report.write(place / "table1.md", render(data))
     plot(data, place / "table1.png")
