@@ -18,7 +18,7 @@ from eomgen import functions, pipeline
 from eomgen.errors import UnsupportedError
 from eomgen.frontends import METHODS
 from eomgen.ir.expr import Node
-from eomgen.ir.interpret import Label, evaluate
+from eomgen.ir.interpret import Label, Operators, evaluate
 from eomgen.scene import Scene
 
 TIGHT = 80  # bits that an enclosure must share with the exact value
@@ -40,7 +40,7 @@ def import_flint() -> Any:
     return flint
 
 
-class Balls:
+class Balls(Operators):
     """Real numbers as balls of `arb`, at flint's current precision."""
 
     def __init__(self) -> None:
@@ -53,21 +53,8 @@ class Balls:
         sine, cosine = values[angle].sin_cos()
         return cosine, sine
 
-    def apply(self, op: str, a: Any, b: Any = None) -> Any:
-        match op:
-            case "add":
-                return a + b
-            case "sub":
-                return a - b
-            case "mul":
-                return a * b
-            case "div":
-                return a / b
-            case "neg":
-                return -a
-            case "pivot_inverse":
-                return 1 / a
-        return getattr(a, op)()
+    def function(self, name: str, a: Any) -> Any:
+        return getattr(a, name)()
 
 
 def enclose(outputs: Sequence[Node], given: Mapping[Node, float]) -> list[Any]:

@@ -12,7 +12,7 @@ from eomgen.errors import OptionError, UnsupportedError, shown
 from eomgen.frontends.lagrange import LagrangeEquations
 from eomgen.ir.equations import Equations, Symbols
 from eomgen.ir.expr import Graph, Node, reachable
-from eomgen.ir.interpret import Label, evaluate
+from eomgen.ir.interpret import Label, Operators, evaluate
 
 
 def import_sympy() -> Any:
@@ -28,7 +28,7 @@ def import_sympy() -> Any:
     return sympy
 
 
-class _Expressions:
+class _Expressions(Operators):
     """SymPy expressions as a kind of number for `evaluate`."""
 
     def __init__(self) -> None:
@@ -40,21 +40,8 @@ class _Expressions:
     def turn(self, angle: Node, values: Mapping[Node, Any], label: Label) -> tuple[Any, Any]:
         return self.sympy.cos(values[angle]), self.sympy.sin(values[angle])
 
-    def apply(self, op: str, a: Any, b: Any = None) -> Any:
-        match op:
-            case "add":
-                return a + b
-            case "sub":
-                return a - b
-            case "mul":
-                return a * b
-            case "div":
-                return a / b
-            case "neg":
-                return -a
-            case "pivot_inverse":
-                return 1 / a
-        return getattr(self.sympy, op)(a)
+    def function(self, name: str, a: Any) -> Any:
+        return getattr(self.sympy, name)(a)
 
 
 def to_sympy(outputs: Sequence[Node], names: Mapping[str, Any] | None = None) -> list[Any]:

@@ -112,16 +112,18 @@ def _run_once(
         array[index] = arithmetic.apply("add", array[index], value) if store.add else value
 
 
-class Floats:
-    """float64 scalars or arrays. A pivot is safe beside its reference above 16 eps (see `docs/design.md`)."""
+class Operators:
+    """`apply` for numbers with the operators of Python; a kind of number says what is left."""
 
-    PIVOT = 16 * np.finfo(float).eps
+    def divide(self, a: Any, b: Any) -> Any:
+        return a / b
 
-    def constant(self, value: int | Fraction) -> float:
-        return float(value)
+    def pivot_inverse(self, pivot: Any, reference: Any) -> Any:
+        return 1 / pivot
 
-    def turn(self, angle: Node, values: Mapping[Node, Any], label: Label) -> tuple[Any, Any]:
-        return np.cos(values[angle]), np.sin(values[angle])
+    def function(self, name: str, a: Any) -> Any:
+        """The value of sqrt, exp or log."""
+        raise NotImplementedError
 
     def apply(self, op: str, a: Any, b: Any = None) -> Any:
         match op:
@@ -132,18 +134,39 @@ class Floats:
             case "mul":
                 return a * b
             case "div":
-                return np.divide(a, b)
+                return self.divide(a, b)
             case "neg":
                 return -a
             case "pivot_inverse":
-                safe = np.greater(a, self.PIVOT * b)
-                return np.divide(np.where(safe, 1.0, 0.0), np.where(safe, a, 0.0))
+                return self.pivot_inverse(a, b)
             case "sqrt" | "exp" | "log":
-                return getattr(np, op)(a)
+                return self.function(op, a)
         raise AssertionError(op)
 
 
-class Digits:
+class Floats(Operators):
+    """float64 scalars or arrays. A pivot is safe beside its reference above 16 eps (see `docs/design.md`)."""
+
+    PIVOT = 16 * np.finfo(float).eps
+
+    def constant(self, value: int | Fraction) -> float:
+        return float(value)
+
+    def turn(self, angle: Node, values: Mapping[Node, Any], label: Label) -> tuple[Any, Any]:
+        return np.cos(values[angle]), np.sin(values[angle])
+
+    def divide(self, a: Any, b: Any) -> Any:
+        return np.divide(a, b)
+
+    def pivot_inverse(self, pivot: Any, reference: Any) -> Any:
+        safe = np.greater(pivot, self.PIVOT * reference)
+        return np.divide(np.where(safe, 1.0, 0.0), np.where(safe, pivot, 0.0))
+
+    def function(self, name: str, a: Any) -> Any:
+        return getattr(np, name)(a)
+
+
+class Digits(Operators):
     """Decimal digits of precision by mpmath, from the exact binary inputs.
 
     Args:
@@ -167,23 +190,11 @@ class Digits:
         cos, sin = self.context.cos_sin(values[angle])
         return cos, sin
 
-    def apply(self, op: str, a: Any, b: Any = None) -> Any:
-        match op:
-            case "add":
-                return a + b
-            case "sub":
-                return a - b
-            case "mul":
-                return a * b
-            case "div":
-                return a / b
-            case "neg":
-                return -a
-            case "pivot_inverse":
-                return 1 / a if a > 0 else self.context.nan
-            case "sqrt" | "exp" | "log":
-                return getattr(self.context, op)(a)
-        raise AssertionError(op)
+    def pivot_inverse(self, pivot: Any, reference: Any) -> Any:
+        return 1 / pivot if pivot > 0 else self.context.nan
+
+    def function(self, name: str, a: Any) -> Any:
+        return getattr(self.context, name)(a)
 
 
 class PrimeField:

@@ -5,6 +5,7 @@ A back end's printer needs only rules for single operations; this file decides w
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -128,6 +129,12 @@ def infix(node: Node, args: list[Text]) -> Text:
         case "neg":
             return Text(f"-{wrapped(args[0], 3)}", 1, args[0].depth, node)
     raise AssertionError(f"no rule for {node.op}")
+
+
+def arithmetic(indices: tuple[int, ...]) -> str | None:
+    """The text of an index in the loop variable k, None if the indices have no common stride."""
+    strides = {b - a for a, b in itertools.pairwise(indices)}
+    return affine(indices[0], strides.pop()) if len(strides) == 1 else None
 
 
 def affine(start: int, stride: int) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from eomgen.ir.expr import Node
 from eomgen.ir.program import Place, Program
-from eomgen.ir.statements import Text, affine, infix, statements
+from eomgen.ir.statements import Text, arithmetic, infix, statements
 
 
 class PlainPrinter:
@@ -47,10 +47,7 @@ def dump(program: Program) -> str:
     def place_text(place: Place, looped: bool) -> str:
         if not looped:
             return f"{place.array}[{place.indices[0]}]"
-        steps = {b - a for a, b in zip(place.indices, place.indices[1:], strict=False)}
-        if len(steps) == 1:
-            return f"{place.array}[{affine(place.indices[0], steps.pop())}]"
-        return f"{place.array}[table of k]"
+        return f"{place.array}[{arithmetic(place.indices) or 'table of k'}]"
 
     for block in (*program.constants, *program.blocks):
         looped = block.count > 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 import textwrap
 from collections.abc import Iterable
@@ -13,7 +12,7 @@ from eomgen.backends.c.printer import CPrinter
 from eomgen.backends.package import init_source, legend, package_files, rollout_signature
 from eomgen.ir.expr import Node
 from eomgen.ir.program import Array, Block, Place, Program
-from eomgen.ir.statements import affine, decimal, statements
+from eomgen.ir.statements import arithmetic, decimal, statements
 from eomgen.model import Model
 
 WIDE_LIMIT = 2000  # expression nodes
@@ -147,11 +146,10 @@ class _Loop:
         indices = place.indices
         if self.block.count == 1:
             return str(indices[0])
-        stride = indices[1] - indices[0]
-        if all(b - a == stride for a, b in itertools.pairwise(indices)):
-            return affine(indices[0], stride)
-        name = self.tables.setdefault(indices, f"at{len(self.tables)}")
-        return f"{name}[k]"
+        text = arithmetic(indices)
+        if text is None:
+            text = self.tables.setdefault(indices, f"at{len(self.tables)}") + "[k]"
+        return text
 
     def around(self, lines: list[str]) -> list[str]:
         if self.block.count == 1:

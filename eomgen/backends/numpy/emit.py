@@ -8,7 +8,7 @@ from eomgen.backends.numpy import template
 from eomgen.backends.numpy.printer import NumPyPrinter
 from eomgen.backends.package import init_source, package_files
 from eomgen.ir.program import Block, Place, Program
-from eomgen.ir.statements import affine, statements
+from eomgen.ir.statements import arithmetic, statements
 from eomgen.model import Model
 
 RUNTIME = Path(__file__).parent / "runtime" / "_gufunc.py"
@@ -86,10 +86,7 @@ def _block(block: Block) -> list[str]:
     def index(place: Place) -> str:
         if block.count == 1:
             return str(place.indices[0])
-        stride = place.indices[1] - place.indices[0]
-        if all(b - a == stride for a, b in zip(place.indices, place.indices[1:], strict=False)):
-            return affine(place.indices[0], stride)
-        return f"{place.indices!r}[k]"
+        return arithmetic(place.indices) or f"{place.indices!r}[k]"
 
     lines, texts = statements(block, PRINTER, lambda node: index(block.loads[node]))
     for store in block.stores:

@@ -23,6 +23,12 @@ typedef struct {
     int dense;          /* elements are adjacent */
 } eom_operand;
 
+static int eom_is_dense(const eom_operand *o, size_t scalar)
+{
+    return (o->columns == 1 || o->column == (intptr_t)scalar) &&
+           (o->rows <= 1 || o->row == (intptr_t)scalar * o->columns);
+}
+
 static int eom_operands(const eom_function *f, char **args, const intptr_t *steps, size_t scalar, eom_operand *operand)
 {
     int count = f->inputs + f->parameters + 1, total = 0;
@@ -36,8 +42,7 @@ static int eom_operands(const eom_function *f, char **args, const intptr_t *step
         o->size = o->rows * o->columns;
         o->row = *inner++;
         o->column = f->columns[i] ? *inner++ : (intptr_t)scalar;
-        o->dense = (o->columns == 1 || o->column == (intptr_t)scalar) &&
-                   (o->rows <= 1 || o->row == (intptr_t)scalar * o->columns);
+        o->dense = eom_is_dense(o, scalar);
         total += o->size;
     }
     if (!f->parameters) { /* an empty p, so that all functions look alike; the result stays last */

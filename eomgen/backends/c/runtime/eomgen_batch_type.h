@@ -196,7 +196,6 @@ static void FN(eom_store_rows)(SCALAR *first, int n, intptr_t step, const VECTOR
 }
 #endif
 
-
 static void FN(eom_load)(const eom_operand *o, intptr_t state, int count, VECTOR *to, int streams)
 {
     const char *first = o->base + state * o->step;
@@ -364,27 +363,21 @@ static void FN(eom_rollout)(char **args, const intptr_t *dimensions, const intpt
     intptr_t next[EOM_MAX_INPUTS + 2] = {0};
     eom_operand operand[EOM_MAX_INPUTS] = {{0}}, dt, result[2], *p_operand = &operand[inputs];
     for (int i = 0; i <= inputs; i++) {
-        if (i == 2 || i == 3) next[i] = *inner++;
-        if (i == inputs) next[i] = 0;
-        if (i == 3 && inputs == 3) inner--; /* p, not w */
+        if (i == 2 || (i == 3 && i < inputs)) next[i] = *inner++; /* u and w, not p */
         operand[i] = (eom_operand){args[i], steps[i], *inner++, sizeof(SCALAR), f->rows[i], 1, f->rows[i], 0};
         if (i == 3 && inputs > 3) {
             operand[i].column = *inner++;
             operand[i].columns = 3;
             operand[i].size *= 3;
         }
-    }
-    for (int i = 0; i <= inputs; i++) {
-        eom_operand *o = &operand[i];
-        o->dense = (o->columns == 1 || o->column == (intptr_t)sizeof(SCALAR)) &&
-                   (o->rows <= 1 || o->row == (intptr_t)sizeof(SCALAR) * o->columns);
+        operand[i].dense = eom_is_dense(&operand[i], sizeof(SCALAR));
     }
     dt = (eom_operand){args[inputs + 1], steps[inputs + 1], 0, 0, 1, 1, 1, 0};
     intptr_t substeps = (intptr_t) * (SCALAR *)args[inputs + 2];
     for (int i = 0; i < 2; i++) {
         next[EOM_MAX_INPUTS + i] = *inner++;
         result[i] = (eom_operand){args[inputs + 3 + i], steps[inputs + 3 + i], *inner++, sizeof(SCALAR), n, 1, n, 0};
-        result[i].dense = n <= 1 || result[i].row == (intptr_t)sizeof(SCALAR);
+        result[i].dense = eom_is_dense(&result[i], sizeof(SCALAR));
     }
     int fresh = p_operand->step != 0 && states > 1, streams = f->wide ? EOM_PASTE(EOM_WIDE_, EOM_VECTOR) : 1;
     int lanes = EOM_WIDTH > 1 && kernels->lanes && !fresh && states > EOM_WIDTH / 2 ? streams * EOM_WIDTH : 1;
