@@ -26,7 +26,8 @@ examples:
   eomgen compile --links 5 --method matrix
   eomgen compile --links 20 --model rigid --method articulated --backend numpy
   eomgen compile walker.toml --method lagrange --out walker5
-  eomgen compile walker.toml --functions forward_dynamics,energy --fold""",
+  eomgen compile walker.toml --functions forward_dynamics,energy --fold
+  eomgen compile walker.toml --accuracy high     results right to the last digits, at several times the cost""",
     "show": """\
 examples:
   eomgen show --links 2 --model rigid            coordinates, equations, operation counts
@@ -123,6 +124,9 @@ def _parser() -> argparse.ArgumentParser:
         "--dtypes", default="float64", metavar="A,B", help="float64 (default), float32, longdouble; separated by commas"
     )
     made.add_argument("--portable", action="store_true", help="build for any processor of this architecture")
+    made.add_argument(
+        "--accuracy", default="standard", metavar="NAME", help="fast, standard (default) or high: see docs/accuracy.md"
+    )
     _form_options(made)
 
     made = command("show", "print the equations, their operation counts or the C of a scene")
@@ -240,6 +244,7 @@ def compile_(options: argparse.Namespace) -> int:
         portable=options.portable,
         loops=options.loops,
         solver=options.solver,
+        accuracy=options.accuracy,
         progress=report.progress,
     )
     print(report.compiled(module, in_cache=options.out is None))

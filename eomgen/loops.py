@@ -16,7 +16,7 @@ from eomgen.frontends.articulated import Flow, Ground, Results, Walk
 from eomgen.frontends.mechanism import LinkSymbols, Mechanism
 from eomgen.functions import FUNCTIONS, inputs
 from eomgen.ir.expr import Graph, Node, reachable
-from eomgen.ir.program import Array, Block, Place, Program, Store, needed
+from eomgen.ir.program import Array, Block, Place, Program, Store, needed, straight
 
 SYMBOLS = ("angle", "rate", "acceleration", "torque", "length", "length_rate", "length_acceleration", "force")
 Outputs = dict[str, dict[int, int]]  # result name -> link -> index in the output
@@ -184,8 +184,9 @@ class _Builder:
         """The program."""
         n, k, m = len(self.mechanism.symbols.q), len(self.mechanism.symbols.w), len(self.mechanism.links)
         outputs = self.looped.outputs(self.mechanism)
-        target = "column" if self.looped.columns else "out"
+        target = "column" if self.looped.columns else "sum" if self.looped.add else "out"
         if self.looped.add:
+            self.scratch[target] = Array(target, (len(outputs),), "work")
             self.blocks.append(_zeros([target], range(len(outputs)), self.graph))
         first = 0
         walks, steps = self._steps()
@@ -195,6 +196,10 @@ class _Builder:
                 self._block(w, walk, run, flow, results, outputs, target)
             if w == 0:
                 first = len(self.blocks)
+        if self.looped.add:
+            sums = [self.graph.symbol(f"sum of {name}") for name in outputs]
+            loads = {node: Place(target, (i,)) for i, node in enumerate(sums)}
+            self.blocks.append(straight("sums", loads, [("out", i, node) for i, node in enumerate(sums)]))
         if self.looped.columns:
             self.scratch["a"] = Array("a", (n,), "work")
             self.scratch[target] = Array(target, (n,), "work")

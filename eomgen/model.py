@@ -22,6 +22,7 @@ class Model:
         facts: scene (as a dict), method, info (operation counts, versions): plain data, the same for the
             same scene and options.
         dtypes: the types to build, among float64, float32 and longdouble.
+        accuracy: the arithmetic between arguments and results: fast, standard or high.
     """
 
     name: str
@@ -31,3 +32,4 @@ class Model:
     p: tuple[float, ...]
     facts: Mapping[str, Any]
     dtypes: tuple[str, ...] = ("float64",)
+    accuracy: str = "standard"

@@ -31,6 +31,7 @@ from eomgen.version import __version__
 LONGEST_NAME = 100
 _LOADED: dict[Path, int] = {}  # packages outside the cache, and how often they were loaded again
 DTYPES = ("float64", "float32", "longdouble")
+ACCURACIES = ("fast", "standard", "high")
 
 
 Progress = Callable[[str], None]
@@ -102,6 +103,7 @@ def compile(
     portable: bool = False,
     loops: bool | None = None,
     solver: str = "auto",
+    accuracy: str = "standard",
     progress: Progress | None = None,
 ) -> ModuleType:
     """Compiles a scene (or equations) into a module and imports it.
@@ -119,6 +121,8 @@ def compile(
         loops: emit loops over links (method "articulated"); None decides by the number of links.
         solver: the elimination in forward dynamics: "dense" solves M a = Q - h of the chosen method, "articulated"
             walks along the links, "auto" takes the one with fewer operations per state.
+        accuracy: the arithmetic of the C between arguments and results in float64: "standard" is float64 too, "high"
+            twice its precision, "fast" float32; `docs/accuracy.md` tells what each costs and gives.
         progress: called with the name of each stage when it starts.
 
     Returns:
@@ -132,6 +136,7 @@ def compile(
     watch = Stopwatch(progress)
     target = backends.select(backend)
     kinds = _dtypes(dtypes)
+    _check_accuracy(accuracy, backend, kinds)
     place = _check_out(out, force)
     with watch.stage("derive"):
         if isinstance(scene, Scene):
@@ -140,8 +145,8 @@ def compile(
         built = programs(equations, functions, loops, solver)
         regularity.check(equations)
     with watch.stage("emit"):
-        options = {"loops": loops, "solver": solver, "portable": portable}
-        model = describe(equations, built, kinds, {**target.facts(portable), "options": options})
+        options = {"loops": loops, "solver": solver, "portable": portable, "accuracy": accuracy}
+        model = describe(equations, built, kinds, {**target.facts(portable), "options": options}, accuracy)
         files = target.emit(model)
     key = cache.digest([__version__, backend, *files, *files.values(), *target.environment(portable)])
     name = f"{model.name}_{key}"
@@ -174,7 +179,13 @@ def on_request(module: ModuleType, name: str) -> Any:
     return getattr(built, name)
 
 
-def describe(equations: Equations, built: tuple[Program, ...], dtypes: tuple[str, ...], facts: dict[str, Any]) -> Model:
+def describe(
+    equations: Equations,
+    built: tuple[Program, ...],
+    dtypes: tuple[str, ...],
+    facts: dict[str, Any],
+    accuracy: str = "standard",
+) -> Model:
     """Everything a back end writes down, the same for the same scene and options."""
     symbols = equations.symbols
     scene: Scene | None = equations.mechanism.scene if isinstance(equations, MechanismEquations) else None
@@ -209,7 +220,20 @@ def describe(equations: Equations, built: tuple[Program, ...], dtypes: tuple[str
         p=symbols.p_values,
         facts={"scene": scene.to_dict() if scene else {}, "method": equations.method, "info": info, **facts_of_b},
         dtypes=dtypes,
+        accuracy=accuracy,
     )
+
+
+def _check_accuracy(accuracy: str, backend: str, dtypes: tuple[str, ...]) -> None:
+    if accuracy not in ACCURACIES:
+        raise OptionError(unknown("accuracy", accuracy, ACCURACIES))
+    if accuracy != "standard" and backend != "c":
+        raise OptionError(f"accuracy {accuracy!r} needs the C back end, not {backend!r}; allowed there: standard")
+    if accuracy != "standard" and dtypes != ("float64",):
+        raise OptionError(
+            f"accuracy {accuracy!r} is for arguments in float64, not {', '.join(dtypes)}; "
+            "leave dtypes out, or use accuracy 'standard'"
+        )
 
 
 def _dtypes(dtypes: Sequence[str]) -> tuple[str, ...]:

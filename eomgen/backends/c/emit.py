@@ -8,7 +8,8 @@ from collections.abc import Iterable
 from fractions import Fraction
 
 from eomgen.backends.c import template
-from eomgen.backends.c.printer import CPrinter
+from eomgen.backends.c.arithmetic import ARITHMETIC, Arithmetic
+from eomgen.backends.c.printer import CPrinter, HighPrinter, Kind
 from eomgen.backends.package import init_source, legend, package_files, rollout_signature
 from eomgen.ir.expr import Node
 from eomgen.ir.program import Array, Block, Place, Program
@@ -32,39 +33,56 @@ def emit(model: Model) -> dict[str, str]:
 
 def kernels(model: Model) -> str:
     """The functions, as text that is included once per type."""
-    parts = [template.KERNELS_HEAD.format(title=model.title, name=model.name, legend=legend(model, " * "))]
-    parts += [function(program) for program in model.programs]
-    return "\n".join(parts)
+    arithmetic = ARITHMETIC[model.accuracy]
+    head = template.KERNELS_HEAD.format(
+        title=model.title,
+        name=model.name,
+        about=arithmetic.about,
+        legend=legend(model, " * "),
+        macros=arithmetic.macros,
+    )
+    return "\n".join([head, *(function(program, arithmetic) for program in model.programs)])
 
 
-def function(program: Program) -> str:
+def function(program: Program, arithmetic: Arithmetic = ARITHMETIC["standard"]) -> str:
     """The kernels of one function: its parts, the function itself, its constants."""
     heading = template.SECTION.format(
-        name=program.name, doc=program.doc, signature=program.signature, streams="EOM_WIDE" if is_wide(program) else 1
+        name=program.name,
+        doc=program.doc,
+        signature=program.signature,
+        streams="EOM_WIDE" if has_pairs(program, arithmetic) else 1,
     )
     pieces: list[str] = [heading]
     if program.constants:
         pieces.append("#if EOM_SCALAR_TEXT\n")
-        pieces.append(_routine(program, f"{program.name}_constants", program.constants, constants=True))
+        pieces.append(_routine(program, f"{program.name}_constants", program.constants, arithmetic, constants=True))
         pieces.append("#endif\n")
-    pieces.append(_routine(program, program.name, program.blocks, constants=False))
+    pieces.append(_routine(program, program.name, program.blocks, arithmetic, constants=False))
     return "\n".join(pieces)
 
 
-def is_wide(program: Program) -> bool:
-    """Whether a kernel carries several streams and has its sines inlined: the function that runs most, if it is short.
+def has_pairs(program: Program, arithmetic: Arithmetic) -> bool:
+    """Whether the packs of a kernel hold two vectors."""
+    return is_short(program) if arithmetic.streams is None else arithmetic.streams == "EOM_WIDE"
 
-    Both cost compile time in proportion to the code.
+
+def is_short(program: Program) -> bool:
+    """Whether this is the function that runs most, and it is short.
+
+    Then it carries two streams of states and has its sines inlined, which both cost compile time in proportion to
+    the code.
     """
     return program.name == "forward_dynamics" and sum(len(block.nodes()) for block in program.blocks) <= WIDE_LIMIT
 
 
-def _routine(program: Program, name: str, blocks: tuple[Block, ...], constants: bool) -> str:
+def _routine(program: Program, name: str, blocks: tuple[Block, ...], arithmetic: Arithmetic, constants: bool) -> str:
     """One C function; several blocks become functions of their own that it calls in order."""
-    parameters = template.CONSTANTS_PARAMETERS if constants else template.PARAMETERS
+    frame = template.CONSTANTS_PARAMETERS if constants else template.PARAMETERS
+    parameters = frame.format(value=arithmetic.value, still=arithmetic.still)
     columns = () if constants else program.columns
-    pointers = _pointers(program, constants)
-    bodies = [_block(program, block) for block in (*blocks, *columns)]
+    pointers = _pointers(program, arithmetic, constants)
+    printer = arithmetic.printer(_kinds(program), is_short(program))
+    bodies = [_block(block, printer) for block in (*blocks, *columns)]
     if len(bodies) == 1:
         only = _indent([*_used(pointers, bodies[0]), *bodies[0]])
         return template.FUNCTION.format(name=name, parameters=parameters, body=only)
@@ -76,12 +94,21 @@ def _routine(program: Program, name: str, blocks: tuple[Block, ...], constants: 
         calls.append(f"EOM_NAME({name}_{position})({'p, c' if constants else 'in, p, c, out, work'});")
     if columns:
         n, calls, repeated = program.output.shape[0], calls[: len(blocks)], calls[len(blocks) :]
-        calls = [pointers["a"], pointers["column"], *calls, *template.COLUMNS_HEAD.format(n=n).splitlines()]
-        calls += [*(f"    {call}" for call in repeated), *template.COLUMNS_TAIL.format(n=n).splitlines()]
+        loop = template.COLUMNS.format(
+            n=n,
+            unit=printer.unit("a", "i", "i == j"),
+            calls=_indent(repeated),
+            result=printer.move("out", f"i * {n} + j", "column", "i"),
+        )
+        calls = [pointers["a"], pointers["column"], *calls, *loop.splitlines()]
     return "\n".join([*parts, template.FUNCTION.format(name=name, parameters=parameters, body=_indent(calls))])
 
 
-def _pointers(program: Program, constants: bool) -> dict[str, str]:
+def _kinds(program: Program) -> dict[str, Kind]:
+    return {name: "p" if name == "p" else array.role for name, array in program.arrays.items()}
+
+
+def _pointers(program: Program, arithmetic: Arithmetic, constants: bool) -> dict[str, str]:
     """A declaration for every array that is not itself a parameter of the C function."""
     pointers: dict[str, str] = {}
     if not constants:
@@ -93,11 +120,11 @@ def _pointers(program: Program, constants: bool) -> dict[str, str]:
     offset = {"constants": 0, "work": 0}
     for array in program.scratch:
         if array.role == "constants":
-            kind = "scalar" if constants else "const scalar"
+            kind = arithmetic.still if constants else f"const {arithmetic.still}"
             if array.name != "c":
                 pointers[array.name] = f"{kind} *const {array.name} = c + {offset['constants']};"
         elif not constants:
-            pointers[array.name] = f"pack *const {array.name} = work + {offset['work']};"
+            pointers[array.name] = f"{arithmetic.value} *const {array.name} = work + {offset['work']};"
         offset[array.role] += array.size
     return pointers
 
@@ -107,29 +134,13 @@ def _used(pointers: dict[str, str], body: list[str]) -> list[str]:
     return [line for name, line in pointers.items() if re.search(rf"\b{name}\[", text)]
 
 
-def _block(program: Program, block: Block) -> list[str]:
+def _block(block: Block, printer: CPrinter | HighPrinter) -> list[str]:
     """The lines of a block: statements, then stores; a loop around them if it repeats."""
     loop = _Loop(block)
-    rates = {name: array.role not in ("constants",) and name != "p" for name, array in program.arrays.items()}
-    lines, texts = statements(block, CPrinter(rates, inline=is_wide(program)), loop.index_of)
-    scalar_rate = block in program.constants
+    lines, texts = statements(block, printer, loop.index_of)
     for store in block.stores:
-        value = texts[store.node].text
-        target = f"{store.place.array}[{loop.index(store.place)}]{'' if scalar_rate else '[h]'}"
-        if not scalar_rate and _is_scalar(program, block, store.node):
-            value = f"R({value})"
-        lines.append(f"EACH {target} {'+=' if store.add else '='} {value};")
+        lines.append(printer.store(store.place.array, loop.index(store.place), texts[store.node], store.add))
     return loop.around(lines)
-
-
-def _is_scalar(program: Program, block: Block, node: Node) -> bool:
-    """Whether the text of a node has the scalar type although the function works on vectors."""
-    while node.op == "neg" and node not in block.loads:
-        node = node.args[0]
-    if node in block.loads:
-        array = block.loads[node].array
-        return array == "p" or program.arrays[array].role == "constants"
-    return node.op == "constant"
 
 
 class _Loop:
@@ -164,11 +175,13 @@ class _Loop:
 def table(model: Model) -> str:
     """The table of functions and the plain C interface."""
     suffixes = [TYPES[dtype] for dtype in model.dtypes]
+    arithmetic = ARITHMETIC[model.accuracy]
+    undefs = "\n".join(f"#undef {name}" for name in ("real", "pack", "scalar", "STREAMS", *_defined(arithmetic.macros)))
     includes: list[str] = []
     for scalar, vector in suffixes:
-        includes.append(template.INCLUDE.format(name=model.name, real=scalar, scalar=scalar, text=1))
+        includes.append(template.INCLUDE.format(name=model.name, real=scalar, scalar=scalar, text=1, undefs=undefs))
         if vector:
-            includes.append(template.INCLUDE.format(name=model.name, real=vector, scalar=scalar, text=0))
+            includes.append(template.INCLUDE.format(name=model.name, real=vector, scalar=scalar, text=0, undefs=undefs))
     entries: list[str] = []
     interfaces: list[str] = []
     for program in model.programs:
@@ -177,6 +190,7 @@ def table(model: Model) -> str:
     return template.TABLE.format(
         title=model.title,
         name=model.name,
+        runtime=arithmetic.runtime,
         includes="\n".join(includes),
         shapes="\n".join(_shapes(program) for program in model.programs),
         entries="\n".join(entries),
@@ -184,6 +198,10 @@ def table(model: Model) -> str:
         size=max(1, len(model.p)),
         interfaces="\n".join(interfaces),
     )
+
+
+def _defined(macros: str) -> list[str]:
+    return re.findall(r"^#define (\w+)", macros, re.MULTILINE)
 
 
 def number_of(value: float) -> str:
@@ -205,6 +223,7 @@ def _shapes(program: Program) -> str:
 
 
 def _entry(program: Program, model: Model) -> str:
+    arithmetic = ARITHMETIC[model.accuracy]
     built: list[str] = []
     for dtype, (scalar, vector) in TYPES.items():
         if dtype not in model.dtypes:
@@ -223,9 +242,9 @@ def _entry(program: Program, model: Model) -> str:
         ),
         inputs=sum(array.name != "p" for array in program.inputs),
         parameters=int(program.inputs[-1].name == "p"),
-        constants=program.size("constants"),
-        work=program.size("work"),
-        wide=int(is_wide(program)),
+        constants=arithmetic.size * program.size("constants"),
+        work=arithmetic.size * program.size("work"),
+        wide=int(has_pairs(program, arithmetic)),
         kernels=", ".join(built),
     )
 
@@ -242,6 +261,7 @@ def _interface(program: Program, model: Model) -> str:
         return ""
     inputs = [f"(const pack_f641 *){array.name}" for array in program.inputs if array.name != "p"]
     parameters = "p" if program.inputs[-1].name == "p" else "0"
+    arithmetic = ARITHMETIC[model.accuracy]
     loads: list[str] = []
     strides: list[int] = []
     for array in _operands(program):
@@ -249,14 +269,14 @@ def _interface(program: Program, model: Model) -> str:
     steps = [8 * array.size if array.name != "p" else 0 for array in _operands(program)]
     arguments = [f"(char *){array.name}" for array in _operands(program)]
     if program.constants:
-        loads.append(f"    {program.name}_constants_f64({parameters}, c);")
+        loads.append(f"    {program.name}_constants_f64({parameters}, (void *)c);")
     return template.INTERFACE.format(
         prototype=_prototype(program, model, batch=False),
         batch=_prototype(program, model, batch=True),
         name=program.name,
         inputs=", ".join(inputs),
-        constants=max(1, program.size("constants")),
-        work=max(1, program.size("work")),
+        constants=max(1, arithmetic.size * program.size("constants")),
+        work=max(1, arithmetic.size * program.size("work")),
         loads="\n".join(loads),
         parameters=parameters,
         arguments=", ".join(arguments),

@@ -1,41 +1,53 @@
-"""C text for expressions: one rule per operation.
+"""C text for expressions: one rule per operation, for each kind of arithmetic.
 
-The text serves every type: `real` is a scalar or a vector of lanes (see `runtime/eomgen_real.h`), and every value
-is a pack of them, element h of which an EACH statement computes. A product that is used once inside a sum becomes
-an explicit fused multiply-add, so that no compiler decides about rounding.
+The text serves every type: `real` is a scalar or a vector of lanes (see `runtime/eomgen_real.h`).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from fractions import Fraction
+from typing import Literal
 
+from eomgen.errors import UnsupportedError
 from eomgen.ir.expr import Node
 from eomgen.ir.statements import Text, decimal, infix, wrapped
+
+Kind = Literal["input", "output", "work", "constants", "p"]
 
 FUNCTIONS = {"pivot_inverse": "PIVOT_INVERSE", "sqrt": "SQRT", "exp": "EXP", "log": "LOG"}
 
 
 class CPrinter:
-    """The rules of C.
+    """Arithmetic in the type of the arguments.
+
+    Every value is a pack, element h of which an EACH statement computes. A product that is used once inside a sum
+    becomes an explicit fused multiply-add, so that no compiler decides about rounding.
 
     Args:
-        packs: for every array whether its elements are packs (at the rate of states) or scalars.
+        kinds: what each array is; elements of `constants` and `p` are scalars, all others packs.
         inline: whether sines and cosines stand in line or are called.
     """
 
-    def __init__(self, packs: Mapping[str, bool], inline: bool = True) -> None:
-        self.packs = packs
+    def __init__(self, kinds: Mapping[str, Kind], inline: bool = True) -> None:
+        self.kinds = kinds
         self.function = "SINCOS" if inline else "SINCOS_CALL"
+        self.scalars: set[str] = set()  # texts of scalars in functions that work on vectors
 
     def load(self, array: str, index: str) -> str:
-        return f"{array}[{index}][h]" if self.packs[array] else f"{array}[{index}]"
+        if self.kinds[array] not in ("constants", "p"):
+            return f"{array}[{index}][h]"
+        self.scalars.add(f"{array}[{index}]")
+        return f"{array}[{index}]"
 
     def named(self, name: str) -> str:
         return f"{name}[h]"
 
     def constant(self, node: Node) -> Text:
-        text = decimal(node.value)
-        return Text(f"K({text})", 3, 0, node)
+        text = f"K({decimal(node.value)})"
+        self.scalars.add(text)
+        return Text(text, 3, 0, node)
 
     def operation(self, node: Node, args: list[Text]) -> Text:
         if node.op in FUNCTIONS:
@@ -65,3 +77,170 @@ class CPrinter:
     def sincos(self, angle: str, sine: str | None, cosine: str | None) -> list[str]:
         sine, cosine = sine or f"{cosine}_sin", cosine or f"{sine}_cos"
         return [f"pack {sine}, {cosine}; EACH {self.function}({angle}, &{sine}[h], &{cosine}[h]);"]
+
+    def store(self, array: str, index: str, value: Text, add: bool) -> str:
+        """The statement that puts a value into an array, or adds it to what is there."""
+        if self.kinds[array] == "constants":
+            return f"EACH {array}[{index}] = {value.text};"
+        scalar = value.text.removeprefix("-") in self.scalars
+        text = f"R({value.text})" if scalar else value.text
+        return f"EACH {array}[{index}][h] {'+=' if add else '='} {text};"
+
+    def unit(self, array: str, index: str, condition: str) -> str:
+        """The statement that puts 1 or 0 into an array."""
+        return f"EACH {array}[{index}][h] = R((scalar)({condition}));"
+
+    def move(self, target: str, to: str, array: str, index: str) -> str:
+        """The statement that takes a result from an array."""
+        return f"EACH {target}[{to}][h] = {array}[{index}][h];"
+
+
+class FastPrinter(CPrinter):
+    """Arithmetic in float for arguments in double.
+
+    Values between are vectors of floats, as many lanes as a pack of the arguments has. The difference of two
+    arguments is taken before it is rounded, and sines of angles and of differences reduce them as doubles.
+    """
+
+    def __init__(self, kinds: Mapping[str, Kind]) -> None:
+        super().__init__(kinds)
+        self.arguments: dict[str, str] = {}  # text of an argument as a float -> as a pack
+        self.differences: dict[str, str] = {}
+
+    def load(self, array: str, index: str) -> str:
+        if self.kinds[array] == "input":
+            text = f"NARROW({array}[{index}])"
+            self.arguments[text] = f"{array}[{index}]"
+            return text
+        text = f"(float){array}[{index}]" if self.kinds[array] == "p" else f"{array}[{index}]"
+        if self.kinds[array] in ("constants", "p"):
+            self.scalars.add(text)
+        return text
+
+    def named(self, name: str) -> str:
+        return name
+
+    def operation(self, node: Node, args: list[Text]) -> Text:
+        if node.op == "sub" and all(arg.text in self.arguments for arg in args):
+            operands = ", ".join(self.arguments[arg.text] for arg in args)
+            text = f"NARROW_DIFFERENCE({operands})"
+            self.differences[text] = operands
+            return Text(text, 3, 1, node)
+        return super().operation(node, args)
+
+    def assign(self, name: str, text: str) -> str:
+        return f"single {name} = {text};"
+
+    def sincos(self, angle: str, sine: str | None, cosine: str | None) -> list[str]:
+        sine, cosine = sine or f"{cosine}_sin", cosine or f"{sine}_cos"
+        if angle in self.arguments:
+            call = f"SINCOS_ANGLE({self.arguments[angle]}"
+        elif angle in self.differences:
+            call = f"SINCOS_DIFFERENCE({self.differences[angle]}"
+        else:
+            call = f"SINCOS({angle}"
+        return [f"single {sine}, {cosine}; {call}, &{sine}, &{cosine});"]
+
+    def store(self, array: str, index: str, value: Text, add: bool) -> str:
+        if self.kinds[array] == "constants":
+            return f"{array}[{index}] = {value.text};"
+        if self.kinds[array] == "output":
+            return f"WIDEN({array}[{index}], R({value.text}));"
+        return f"{array}[{index}] {'+=' if add else '='} R({value.text});"
+
+    def unit(self, array: str, index: str, condition: str) -> str:
+        return f"{array}[{index}] = R((float)({condition}));"
+
+    def move(self, target: str, to: str, array: str, index: str) -> str:
+        return f"WIDEN({target}[{to}], {array}[{index}]);"
+
+
+class HighPrinter:
+    """Arithmetic in twofolds (sums of two doubles) for arguments in double.
+
+    What is a double exactly (an argument, a parameter, most numbers) enters as one: its sums and products cost less.
+    """
+
+    def __init__(self, kinds: Mapping[str, Kind]) -> None:
+        self.kinds = kinds
+        self.doubles: set[str] = set()  # texts of doubles
+
+    def _double(self, text: str) -> str:
+        self.doubles.add(text)
+        return text
+
+    def _wide(self, text: str) -> str:
+        return f"WIDE({text})" if text in self.doubles else text
+
+    def load(self, array: str, index: str) -> str:
+        match self.kinds[array]:
+            case "input":
+                return self._double(f"{array}[{index}][0]")
+            case "p":
+                return self._double(f"SET(p[{index}])")
+            case "constants":
+                return f"SPREAD({array}[{index}])"
+        return f"{array}[{index}]"
+
+    def named(self, name: str) -> str:
+        return name
+
+    def constant(self, node: Node) -> Text:
+        hi = float(node.value)
+        lo = float(Fraction(node.value) - Fraction(hi))
+        text = f"TWOFOLD({hi!r}, {lo!r})" if lo else self._double(f"SET({hi!r})")
+        return Text(text, 3, 0, node)
+
+    def operation(self, node: Node, args: list[Text]) -> Text:
+        depth = 1 + max(arg.depth for arg in args)
+        texts = [arg.text for arg in args]
+        match node.op:
+            case "neg":
+                return Text(self._minus(texts[0]), 3, args[0].depth, node)
+            case "add":
+                return Text(self._call("ADD", *texts), 3, depth, node)
+            case "sub":
+                return Text(self._call("ADD", texts[0], self._minus(texts[1])), 3, depth, node)
+            case "mul":
+                return Text(self._product(node, *texts), 3, depth, node)
+            case "div":
+                return Text(f"DIV22({', '.join(map(self._wide, texts))})", 3, depth, node)
+            case "pivot_inverse":
+                return Text(f"PIVOT_INVERSE({', '.join(map(self._wide, texts))})", 3, depth, node)
+        raise UnsupportedError(
+            f"accuracy 'high' has no {node.op}, which these equations use; "
+            "allowed: sums, products, quotients, sines and cosines; use accuracy 'standard'"
+        )
+
+    def _minus(self, text: str) -> str:
+        return self._double(f"-{text}") if text in self.doubles else f"MINUS({text})"
+
+    def _call(self, name: str, a: str, b: str) -> str:
+        if a in self.doubles and b not in self.doubles:
+            a, b = b, a
+        return f"{name}{2 - (a in self.doubles)}{2 - (b in self.doubles)}({a}, {b})"
+
+    def _product(self, node: Node, a: str, b: str) -> str:
+        for factor, text, other in ((node.args[0], a, b), (node.args[1], b, a)):
+            if factor.op == "constant" and abs(math.frexp(factor.value)[0]) == 0.5 and text in self.doubles:
+                return self._double(f"({other} * {text})") if other in self.doubles else f"SCALE({other}, {text})"
+        return self._call("MUL", a, b)
+
+    def assign(self, name: str, text: str) -> str:
+        return f"twofold {name} = {self._wide(text)};"
+
+    def sincos(self, angle: str, sine: str | None, cosine: str | None) -> list[str]:
+        sine, cosine = sine or f"{cosine}_sin", cosine or f"{sine}_cos"
+        return [f"twofold {sine}, {cosine}; SINCOS({self._wide(angle)}, &{sine}, &{cosine});"]
+
+    def store(self, array: str, index: str, value: Text, add: bool) -> str:
+        if self.kinds[array] == "output":
+            return f"{array}[{index}][0] = {value.text if value.text in self.doubles else f'{value.text}.hi'};"
+        target = f"{array}[{index}]"
+        return f"{target} = {self._call('ADD', target, value.text) if add else self._wide(value.text)};"
+
+    def unit(self, array: str, index: str, condition: str) -> str:
+        return f"{array}[{index}] = WIDE(SET({condition}));"
+
+    def move(self, target: str, to: str, array: str, index: str) -> str:
+        return f"{target}[{to}][0] = {array}[{index}].hi;"

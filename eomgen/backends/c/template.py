@@ -4,8 +4,8 @@ KERNELS_HEAD = """\
 /* {title}
  *
  * The equations, as one text for every type: {name}.c includes it once for each. `real` is a scalar or a vector of
- * lanes (a lane is a state), `scalar` its element; FMA, SINCOS, ... are those of eomgen_real.h. Every value is a
- * `pack` of STREAMS reals that EACH statement computes side by side.
+ * lanes (a lane is a state), `scalar` its element. Every argument and result is a `pack` of STREAMS reals.
+{about}
  *
 {legend}
  */
@@ -18,8 +18,14 @@ typedef real pack[1];
 #if EOM_WIDE > 1
 typedef real pack[EOM_WIDE];
 #endif
+{macros}"""
+
+STANDARD_ABOUT = """\
+ * So is every value between, and EACH statement computes its reals side by side; FMA, SINCOS, ... are those of
+ * eomgen_real.h."""
+STANDARD_MACROS = """\
 #define EACH _Pragma("GCC unroll 2") for (int h = 0; h < STREAMS; h++)
-#define R(x) ((x) - (real){{0}}) /* a scalar in every lane; a vector as it is */
+#define R(x) ((x) - (real){0}) /* a scalar in every lane; a vector as it is */
 #define K(x) ((scalar)x##L) /* a literal, read in the widest type */
 #define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
 #define SINCOS(x, s, c) eom_sincos(R(x), s, c)
@@ -30,6 +36,48 @@ typedef real pack[EOM_WIDE];
 #define LOG(x) eom_log(R(x))
 """
 
+HIGH_ABOUT = """\
+ * Values between are twofolds, sums of two doubles (eomgen_twofold.h); the digits of ADD21, ... tell which operands are
+ * twofolds (2) and which are doubles (1)."""
+HIGH_MACROS = """\
+#define twofold EOM_NAME(eom_twofold)
+#define SET(x) EOM_NAME(eom_set)(x) /* a double in every lane */
+#define SPREAD(x) ((twofold){SET((x).hi), SET((x).lo)}) /* the same for a twofold */
+#define TWOFOLD(hi, lo) ((twofold){SET(hi), SET(lo)})
+#define WIDE(x) ((twofold){(x), SET(0)})
+#define ADD11 EOM_NAME(eom_add11)
+#define ADD21 EOM_NAME(eom_add21)
+#define ADD22 EOM_NAME(eom_add22)
+#define MUL11 EOM_NAME(eom_mul11)
+#define MUL21 EOM_NAME(eom_mul21)
+#define MUL22 EOM_NAME(eom_mul22)
+#define DIV22 EOM_NAME(eom_div22)
+#define SCALE EOM_NAME(eom_scale)
+#define MINUS EOM_NAME(eom_minus)
+#define SINCOS EOM_NAME(eom_sincos2)
+#define PIVOT_INVERSE EOM_NAME(eom_pivot_inverse2)
+"""
+
+FAST_ABOUT = """\
+ * Values between are floats (eomgen_single.h): as many lanes in one vector as a pack has in two. Angles and their
+ * differences are reduced as doubles."""
+FAST_MACROS = """\
+#define single EOM_NAME(eom_single)
+#define R(x) ((x) - (single){0}) /* a scalar in every lane; a vector as it is */
+#define K(x) ((float)x##L) /* a literal, read in the widest type */
+#define NARROW EOM_NAME(eom_narrow)
+#define NARROW_DIFFERENCE EOM_NAME(eom_narrow_difference)
+#define WIDEN EOM_NAME(eom_widen)
+#define FMA(a, b, c) EOM_NAME(eom_single_fma)(R(a), R(b), R(c))
+#define SINCOS(x, s, c) EOM_NAME(eom_single_sincos)(R(x), s, c)
+#define SINCOS_ANGLE EOM_NAME(eom_sincos_angle)
+#define SINCOS_DIFFERENCE EOM_NAME(eom_sincos_difference)
+#define PIVOT_INVERSE(pivot, reference) EOM_NAME(eom_single_pivot_inverse)(R(pivot), R(reference))
+#define SQRT(x) EOM_NAME(eom_single_sqrt)(R(x))
+#define EXP(x) EOM_NAME(eom_single_exp)(R(x))
+#define LOG(x) EOM_NAME(eom_single_log)(R(x))
+"""
+
 SECTION = """\
 /* ---- {name} ----
  * {doc}
@@ -38,8 +86,8 @@ SECTION = """\
 #undef STREAMS
 #define STREAMS {streams}"""
 
-PARAMETERS = "const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work"
-CONSTANTS_PARAMETERS = "const scalar *p, scalar *restrict c"
+PARAMETERS = "const pack *const *in, const scalar *p, const {still} *c, pack *restrict out, {value} *restrict work"
+CONSTANTS_PARAMETERS = "const scalar *p, {still} *restrict c"
 
 FUNCTION = """\
 static void EOM_NAME({name})({parameters})
@@ -55,12 +103,11 @@ static __attribute__((noinline)) void EOM_NAME({name})({parameters})
 }}
 """
 
-COLUMNS_HEAD = """\
+COLUMNS = """\
 for (int j = 0; j < {n}; j++) {{
-    for (int i = 0; i < {n}; i++) EACH a[i][h] = R((scalar)(i == j));"""
-
-COLUMNS_TAIL = """\
-    for (int i = 0; i < {n}; i++) EACH out[i * {n} + j][h] = column[i][h];
+    for (int i = 0; i < {n}; i++) {unit}
+{calls}
+    for (int i = 0; i < {n}; i++) {result}
 }}"""
 
 INCLUDE = """\
@@ -68,20 +115,7 @@ INCLUDE = """\
 #define scalar eom_{scalar}
 #define EOM_SCALAR_TEXT {text}
 #include "{name}_kernels.h"
-#undef real
-#undef pack
-#undef EACH
-#undef scalar
-#undef R
-#undef K
-#undef FMA
-#undef SINCOS
-#undef SINCOS_CALL
-#undef STREAMS
-#undef PIVOT_INVERSE
-#undef SQRT
-#undef EXP
-#undef LOG
+{undefs}
 #undef EOM_SCALAR_TEXT
 #undef EOM_REAL
 """
@@ -94,7 +128,7 @@ TABLE = """\
 #include "{name}.h"
 
 #include "eomgen_model.h"
-#include "eomgen_real.h"
+#include "{runtime}"
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #pragma GCC diagnostic ignored "-Wpsabi"
@@ -130,7 +164,7 @@ INTERFACE = """\
     const pack_f641 *in[] = {{{inputs}}};
     double c[{constants}], work[{work}];
 {loads}
-    {name}_f64(in, {parameters}, c, (pack_f641 *)out, (pack_f641 *)work);
+    {name}_f64(in, {parameters}, (void *)c, (pack_f641 *)out, (void *)work);
 }}
 
 {batch}

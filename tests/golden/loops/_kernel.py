@@ -334,13 +334,14 @@ def _energy_constants(xp, number, p):
 
 def _energy(xp, number, q, v, p, c):
     c, = c
+    sum = [0.0] * 2
     height_down = [0.0] * 4
     velocity_x_down = [0.0] * 4
     velocity_y_down = [0.0] * 4
     out = [0.0] * 2
     # sums start at zero
     for k in range(2):
-        out[k] = 0.0
+        sum[k] = 0.0
     # link1, root to tips
     s0 = xp.sin(q[0])
     c0 = xp.cos(q[0])
@@ -349,8 +350,8 @@ def _energy(xp, number, q, v, p, c):
     height_down[0] = q[4] * s0
     velocity_x_down[0] = v[4] * c0 - s0 * t1
     velocity_y_down[0] = v[4] * s0 + c0 * t1
-    out[0] = out[0] + t2
-    out[1] = out[1] + p[24] * (s0 * (q[4] * c[0]))
+    sum[0] = sum[0] + t2
+    sum[1] = sum[1] + p[24] * (s0 * (q[4] * c[0]))
     # link2 to link3, root to tips
     for k in range(2):
         s0 = xp.sin(q[1 + k])
@@ -361,15 +362,18 @@ def _energy(xp, number, q, v, p, c):
         height_down[1 + k] = height_down[k] + q[5 + k] * s0
         velocity_x_down[1 + k] = velocity_x_down[k] + v[5 + k] * c0 - s0 * t1
         velocity_y_down[1 + k] = velocity_y_down[k] + v[5 + k] * s0 + c0 * t1
-        out[0] = out[0] + 0.5 * t2 + (velocity_y_down[k] * c0 - velocity_x_down[k] * s0) * (v[1 + k] * t3) + (velocity_x_down[k] * c0 + velocity_y_down[k] * s0) * (v[5 + k] * c[2 + k])
-        out[1] = out[1] + p[24] * (height_down[k] * c[6 + k] + s0 * t3)
+        sum[0] = sum[0] + 0.5 * t2 + (velocity_y_down[k] * c0 - velocity_x_down[k] * s0) * (v[1 + k] * t3) + (velocity_x_down[k] * c0 + velocity_y_down[k] * s0) * (v[5 + k] * c[2 + k])
+        sum[1] = sum[1] + p[24] * (height_down[k] * c[6 + k] + s0 * t3)
     # link4, root to tips
     t0 = c[10] * (velocity_x_down[2] * velocity_x_down[2] + velocity_y_down[2] * velocity_y_down[2]) + v[3] * (v[3] * (q[7] * (q[7] * c[9]))) + v[7] * (v[7] * c[9])
     s1 = xp.sin(q[3])
     c1 = xp.cos(q[3])
     t2 = q[7] * c[8]
-    out[0] = out[0] + 0.5 * t0 + (velocity_y_down[2] * c1 - velocity_x_down[2] * s1) * (v[3] * t2) + (velocity_x_down[2] * c1 + velocity_y_down[2] * s1) * (v[7] * c[8])
-    out[1] = out[1] + p[24] * (height_down[2] * c[10] + s1 * t2)
+    sum[0] = sum[0] + 0.5 * t0 + (velocity_y_down[2] * c1 - velocity_x_down[2] * s1) * (v[3] * t2) + (velocity_x_down[2] * c1 + velocity_y_down[2] * s1) * (v[7] * c[8])
+    sum[1] = sum[1] + p[24] * (height_down[2] * c[10] + s1 * t2)
+    # sums
+    out[0] = sum[0]
+    out[1] = sum[1]
     return out
 
 

@@ -16,14 +16,14 @@
 #include "leg_kernels.h"
 #undef real
 #undef pack
-#undef EACH
 #undef scalar
+#undef STREAMS
+#undef EACH
 #undef R
 #undef K
 #undef FMA
 #undef SINCOS
 #undef SINCOS_CALL
-#undef STREAMS
 #undef PIVOT_INVERSE
 #undef SQRT
 #undef EXP
@@ -37,14 +37,14 @@
 #include "leg_kernels.h"
 #undef real
 #undef pack
-#undef EACH
 #undef scalar
+#undef STREAMS
+#undef EACH
 #undef R
 #undef K
 #undef FMA
 #undef SINCOS
 #undef SINCOS_CALL
-#undef STREAMS
 #undef PIVOT_INVERSE
 #undef SQRT
 #undef EXP
@@ -117,8 +117,8 @@ void leg_forward_dynamics(const double *q, const double *v, const double *u, con
 {
     const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v, (const pack_f641 *)u, (const pack_f641 *)w};
     double c[7], work[1];
-    forward_dynamics_constants_f64(p, c);
-    forward_dynamics_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+    forward_dynamics_constants_f64(p, (void *)c);
+    forward_dynamics_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
 }
 
 void leg_forward_dynamics_batch(size_t states, const double *q, const double *v, const double *u, const double *w, const double *p, double *out)
@@ -132,8 +132,8 @@ void leg_inverse_dynamics(const double *q, const double *v, const double *a, con
 {
     const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v, (const pack_f641 *)a, (const pack_f641 *)w};
     double c[7], work[1];
-    inverse_dynamics_constants_f64(p, c);
-    inverse_dynamics_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+    inverse_dynamics_constants_f64(p, (void *)c);
+    inverse_dynamics_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
 }
 
 void leg_inverse_dynamics_batch(size_t states, const double *q, const double *v, const double *a, const double *w, const double *p, double *out)
@@ -147,8 +147,8 @@ void leg_mass_matrix(const double *q, const double *w, const double *p, double *
 {
     const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)w};
     double c[5], work[1];
-    mass_matrix_constants_f64(p, c);
-    mass_matrix_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+    mass_matrix_constants_f64(p, (void *)c);
+    mass_matrix_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
 }
 
 void leg_mass_matrix_batch(size_t states, const double *q, const double *w, const double *p, double *out)
@@ -162,8 +162,8 @@ void leg_bias(const double *q, const double *v, const double *w, const double *p
 {
     const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v, (const pack_f641 *)w};
     double c[6], work[1];
-    bias_constants_f64(p, c);
-    bias_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+    bias_constants_f64(p, (void *)c);
+    bias_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
 }
 
 void leg_bias_batch(size_t states, const double *q, const double *v, const double *w, const double *p, double *out)
@@ -177,8 +177,8 @@ void leg_energy(const double *q, const double *v, const double *w, const double 
 {
     const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v, (const pack_f641 *)w};
     double c[6], work[1];
-    energy_constants_f64(p, c);
-    energy_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+    energy_constants_f64(p, (void *)c);
+    energy_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
 }
 
 void leg_energy_batch(size_t states, const double *q, const double *v, const double *w, const double *p, double *out)
@@ -192,8 +192,8 @@ void leg_prescribed_forces(const double *q, const double *v, const double *a, co
 {
     const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v, (const pack_f641 *)a, (const pack_f641 *)w};
     double c[2], work[1];
-    prescribed_forces_constants_f64(p, c);
-    prescribed_forces_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+    prescribed_forces_constants_f64(p, (void *)c);
+    prescribed_forces_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
 }
 
 void leg_prescribed_forces_batch(size_t states, const double *q, const double *v, const double *a, const double *w, const double *p, double *out)
@@ -208,7 +208,7 @@ void leg_joints(const double *q, const double *w, const double *p, double *out)
     const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)w};
     double c[1], work[1];
 
-    joints_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+    joints_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
 }
 
 void leg_joints_batch(size_t states, const double *q, const double *w, const double *p, double *out)

@@ -16,14 +16,14 @@
 #include "chain4_kernels.h"
 #undef real
 #undef pack
-#undef EACH
 #undef scalar
+#undef STREAMS
+#undef EACH
 #undef R
 #undef K
 #undef FMA
 #undef SINCOS
 #undef SINCOS_CALL
-#undef STREAMS
 #undef PIVOT_INVERSE
 #undef SQRT
 #undef EXP
@@ -37,14 +37,14 @@
 #include "chain4_kernels.h"
 #undef real
 #undef pack
-#undef EACH
 #undef scalar
+#undef STREAMS
+#undef EACH
 #undef R
 #undef K
 #undef FMA
 #undef SINCOS
 #undef SINCOS_CALL
-#undef STREAMS
 #undef PIVOT_INVERSE
 #undef SQRT
 #undef EXP
@@ -75,7 +75,7 @@ const eom_function eom_functions[] = {
     {"energy", "(8),(8),(25)->(2)",
      "energy(q, v, p)\n\nkinetic and potential energy, J.",
      0,
-     2, 1, energy_rows, energy_columns, 11, 12, 0,
+     2, 1, energy_rows, energy_columns, 11, 14, 0,
      {EOM_CAST(energy_constants_f64), EOM_CAST(energy_f64), EOM_CAST(energy_f64v)}, {0, 0, 0}, {0, 0, 0}},
 };
 const int eom_function_count = sizeof eom_functions / sizeof eom_functions[0];
@@ -89,8 +89,8 @@ void chain4_forward_dynamics(const double *q, const double *v, const double *u, 
 {
     const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v, (const pack_f641 *)u};
     double c[19], work[34];
-    forward_dynamics_constants_f64(p, c);
-    forward_dynamics_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+    forward_dynamics_constants_f64(p, (void *)c);
+    forward_dynamics_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
 }
 
 void chain4_forward_dynamics_batch(size_t states, const double *q, const double *v, const double *u, const double *p, double *out)
@@ -104,8 +104,8 @@ void chain4_mass_matrix(const double *q, const double *p, double *out)
 {
     const pack_f641 *in[] = {(const pack_f641 *)q};
     double c[17], work[53];
-    mass_matrix_constants_f64(p, c);
-    mass_matrix_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+    mass_matrix_constants_f64(p, (void *)c);
+    mass_matrix_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
 }
 
 void chain4_mass_matrix_batch(size_t states, const double *q, const double *p, double *out)
@@ -118,9 +118,9 @@ void chain4_mass_matrix_batch(size_t states, const double *q, const double *p, d
 void chain4_energy(const double *q, const double *v, const double *p, double *out)
 {
     const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v};
-    double c[11], work[12];
-    energy_constants_f64(p, c);
-    energy_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+    double c[11], work[14];
+    energy_constants_f64(p, (void *)c);
+    energy_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
 }
 
 void chain4_energy_batch(size_t states, const double *q, const double *v, const double *p, double *out)

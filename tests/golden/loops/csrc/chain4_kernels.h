@@ -1,8 +1,9 @@
 /* chain4: equations of motion by the articulated method (eomgen VERSION)
  *
  * The equations, as one text for every type: chain4.c includes it once for each. `real` is a scalar or a vector of
- * lanes (a lane is a state), `scalar` its element; FMA, SINCOS, ... are those of eomgen_real.h. Every value is a
- * `pack` of STREAMS reals that EACH statement computes side by side.
+ * lanes (a lane is a state), `scalar` its element. Every argument and result is a `pack` of STREAMS reals.
+ * So is every value between, and EACH statement computes its reals side by side; FMA, SINCOS, ... are those of
+ * eomgen_real.h.
  *
  * q[0]  link1.angle (rad)
  * q[1]  link2.angle (rad)
@@ -607,8 +608,9 @@ static void EOM_NAME(energy_constants)(const scalar *p, scalar *restrict c)
 static __attribute__((noinline)) void EOM_NAME(energy_1)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
     /* sums start at zero */
+    pack *const sum = work + 0;
     for (int k = 0; k < 2; k++) {
-        EACH out[k][h] = R(K(0.0));
+        EACH sum[k][h] = R(K(0.0));
     }
 }
 
@@ -617,17 +619,18 @@ static __attribute__((noinline)) void EOM_NAME(energy_2)(const pack *const *in, 
     /* link1, root to tips */
     const pack *const q = in[0];
     const pack *const v = in[1];
-    pack *const height_down = work + 0;
-    pack *const velocity_x_down = work + 4;
-    pack *const velocity_y_down = work + 8;
+    pack *const sum = work + 0;
+    pack *const height_down = work + 2;
+    pack *const velocity_x_down = work + 6;
+    pack *const velocity_y_down = work + 10;
     pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
     pack t1; EACH t1[h] = v[0][h] * q[4][h];
     pack t2; EACH t2[h] = K(0.5) * FMA(v[0][h], (v[0][h] * (q[4][h] * (q[4][h] * c[1]))), v[4][h] * (v[4][h] * c[1]));
     EACH height_down[0][h] = q[4][h] * s0[h];
     EACH velocity_x_down[0][h] = FMA(v[4][h], c0[h], -(s0[h] * t1[h]));
     EACH velocity_y_down[0][h] = FMA(v[4][h], s0[h], c0[h] * t1[h]);
-    EACH out[0][h] += t2[h];
-    EACH out[1][h] += p[24] * (s0[h] * (q[4][h] * c[0]));
+    EACH sum[0][h] += t2[h];
+    EACH sum[1][h] += p[24] * (s0[h] * (q[4][h] * c[0]));
 }
 
 static __attribute__((noinline)) void EOM_NAME(energy_3)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
@@ -635,9 +638,10 @@ static __attribute__((noinline)) void EOM_NAME(energy_3)(const pack *const *in, 
     /* link2 to link3, root to tips */
     const pack *const q = in[0];
     const pack *const v = in[1];
-    pack *const height_down = work + 0;
-    pack *const velocity_x_down = work + 4;
-    pack *const velocity_y_down = work + 8;
+    pack *const sum = work + 0;
+    pack *const height_down = work + 2;
+    pack *const velocity_x_down = work + 6;
+    pack *const velocity_y_down = work + 10;
     for (int k = 0; k < 2; k++) {
         pack s0, c0; EACH SINCOS_CALL(q[1 + k][h], &s0[h], &c0[h]);
         pack t1; EACH t1[h] = v[1 + k][h] * q[5 + k][h];
@@ -646,8 +650,8 @@ static __attribute__((noinline)) void EOM_NAME(energy_3)(const pack *const *in, 
         EACH height_down[1 + k][h] = FMA(q[5 + k][h], s0[h], height_down[k][h]);
         EACH velocity_x_down[1 + k][h] = FMA(-s0[h], t1[h], FMA(v[5 + k][h], c0[h], velocity_x_down[k][h]));
         EACH velocity_y_down[1 + k][h] = FMA(c0[h], t1[h], FMA(v[5 + k][h], s0[h], velocity_y_down[k][h]));
-        EACH out[0][h] += FMA(FMA(velocity_x_down[k][h], c0[h], velocity_y_down[k][h] * s0[h]), (v[5 + k][h] * c[2 + k]), FMA(K(0.5), t2[h], FMA(velocity_y_down[k][h], c0[h], -(velocity_x_down[k][h] * s0[h])) * (v[1 + k][h] * t3[h])));
-        EACH out[1][h] += p[24] * FMA(height_down[k][h], c[6 + k], s0[h] * t3[h]);
+        EACH sum[0][h] += FMA(FMA(velocity_x_down[k][h], c0[h], velocity_y_down[k][h] * s0[h]), (v[5 + k][h] * c[2 + k]), FMA(K(0.5), t2[h], FMA(velocity_y_down[k][h], c0[h], -(velocity_x_down[k][h] * s0[h])) * (v[1 + k][h] * t3[h])));
+        EACH sum[1][h] += p[24] * FMA(height_down[k][h], c[6 + k], s0[h] * t3[h]);
     }
 }
 
@@ -656,14 +660,23 @@ static __attribute__((noinline)) void EOM_NAME(energy_4)(const pack *const *in, 
     /* link4, root to tips */
     const pack *const q = in[0];
     const pack *const v = in[1];
-    pack *const height_down = work + 0;
-    pack *const velocity_x_down = work + 4;
-    pack *const velocity_y_down = work + 8;
+    pack *const sum = work + 0;
+    pack *const height_down = work + 2;
+    pack *const velocity_x_down = work + 6;
+    pack *const velocity_y_down = work + 10;
     pack t0; EACH t0[h] = FMA(v[7][h], (v[7][h] * c[9]), FMA(c[10], FMA(velocity_x_down[2][h], velocity_x_down[2][h], velocity_y_down[2][h] * velocity_y_down[2][h]), v[3][h] * (v[3][h] * (q[7][h] * (q[7][h] * c[9])))));
     pack s1, c1; EACH SINCOS_CALL(q[3][h], &s1[h], &c1[h]);
     pack t2; EACH t2[h] = q[7][h] * c[8];
-    EACH out[0][h] += FMA(FMA(velocity_x_down[2][h], c1[h], velocity_y_down[2][h] * s1[h]), (v[7][h] * c[8]), FMA(K(0.5), t0[h], FMA(velocity_y_down[2][h], c1[h], -(velocity_x_down[2][h] * s1[h])) * (v[3][h] * t2[h])));
-    EACH out[1][h] += p[24] * FMA(height_down[2][h], c[10], s1[h] * t2[h]);
+    EACH sum[0][h] += FMA(FMA(velocity_x_down[2][h], c1[h], velocity_y_down[2][h] * s1[h]), (v[7][h] * c[8]), FMA(K(0.5), t0[h], FMA(velocity_y_down[2][h], c1[h], -(velocity_x_down[2][h] * s1[h])) * (v[3][h] * t2[h])));
+    EACH sum[1][h] += p[24] * FMA(height_down[2][h], c[10], s1[h] * t2[h]);
+}
+
+static __attribute__((noinline)) void EOM_NAME(energy_5)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+{
+    /* sums */
+    pack *const sum = work + 0;
+    EACH out[0][h] = sum[0][h];
+    EACH out[1][h] = sum[1][h];
 }
 
 static void EOM_NAME(energy)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
@@ -672,4 +685,5 @@ static void EOM_NAME(energy)(const pack *const *in, const scalar *p, const scala
     EOM_NAME(energy_2)(in, p, c, out, work);
     EOM_NAME(energy_3)(in, p, c, out, work);
     EOM_NAME(energy_4)(in, p, c, out, work);
+    EOM_NAME(energy_5)(in, p, c, out, work);
 }

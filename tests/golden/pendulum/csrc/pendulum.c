@@ -16,14 +16,14 @@
 #include "pendulum_kernels.h"
 #undef real
 #undef pack
-#undef EACH
 #undef scalar
+#undef STREAMS
+#undef EACH
 #undef R
 #undef K
 #undef FMA
 #undef SINCOS
 #undef SINCOS_CALL
-#undef STREAMS
 #undef PIVOT_INVERSE
 #undef SQRT
 #undef EXP
@@ -37,14 +37,14 @@
 #include "pendulum_kernels.h"
 #undef real
 #undef pack
-#undef EACH
 #undef scalar
+#undef STREAMS
+#undef EACH
 #undef R
 #undef K
 #undef FMA
 #undef SINCOS
 #undef SINCOS_CALL
-#undef STREAMS
 #undef PIVOT_INVERSE
 #undef SQRT
 #undef EXP
@@ -109,8 +109,8 @@ void pendulum_forward_dynamics(const double *q, const double *v, const double *u
 {
     const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v, (const pack_f641 *)u};
     double c[2], work[1];
-    forward_dynamics_constants_f64(p, c);
-    forward_dynamics_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+    forward_dynamics_constants_f64(p, (void *)c);
+    forward_dynamics_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
 }
 
 void pendulum_forward_dynamics_batch(size_t states, const double *q, const double *v, const double *u, const double *p, double *out)
@@ -124,8 +124,8 @@ void pendulum_inverse_dynamics(const double *q, const double *v, const double *a
 {
     const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v, (const pack_f641 *)a};
     double c[2], work[1];
-    inverse_dynamics_constants_f64(p, c);
-    inverse_dynamics_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+    inverse_dynamics_constants_f64(p, (void *)c);
+    inverse_dynamics_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
 }
 
 void pendulum_inverse_dynamics_batch(size_t states, const double *q, const double *v, const double *a, const double *p, double *out)
@@ -139,8 +139,8 @@ void pendulum_mass_matrix(const double *q, const double *p, double *out)
 {
     const pack_f641 *in[] = {(const pack_f641 *)q};
     double c[1], work[1];
-    mass_matrix_constants_f64(p, c);
-    mass_matrix_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+    mass_matrix_constants_f64(p, (void *)c);
+    mass_matrix_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
 }
 
 void pendulum_mass_matrix_batch(size_t states, const double *q, const double *p, double *out)
@@ -154,8 +154,8 @@ void pendulum_bias(const double *q, const double *v, const double *p, double *ou
 {
     const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v};
     double c[1], work[1];
-    bias_constants_f64(p, c);
-    bias_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+    bias_constants_f64(p, (void *)c);
+    bias_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
 }
 
 void pendulum_bias_batch(size_t states, const double *q, const double *v, const double *p, double *out)
@@ -169,8 +169,8 @@ void pendulum_energy(const double *q, const double *v, const double *p, double *
 {
     const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v};
     double c[3], work[1];
-    energy_constants_f64(p, c);
-    energy_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+    energy_constants_f64(p, (void *)c);
+    energy_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
 }
 
 void pendulum_energy_batch(size_t states, const double *q, const double *v, const double *p, double *out)
@@ -185,7 +185,7 @@ void pendulum_joints(const double *q, const double *p, double *out)
     const pack_f641 *in[] = {(const pack_f641 *)q};
     double c[1], work[1];
 
-    joints_f64(in, p, c, (pack_f641 *)out, (pack_f641 *)work);
+    joints_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
 }
 
 void pendulum_joints_batch(size_t states, const double *q, const double *p, double *out)

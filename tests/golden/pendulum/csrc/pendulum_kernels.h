@@ -1,8 +1,9 @@
 /* pendulum: equations of motion by the matrix method (eomgen VERSION)
  *
  * The equations, as one text for every type: pendulum.c includes it once for each. `real` is a scalar or a vector of
- * lanes (a lane is a state), `scalar` its element; FMA, SINCOS, ... are those of eomgen_real.h. Every value is a
- * `pack` of STREAMS reals that EACH statement computes side by side.
+ * lanes (a lane is a state), `scalar` its element. Every argument and result is a `pack` of STREAMS reals.
+ * So is every value between, and EACH statement computes its reals side by side; FMA, SINCOS, ... are those of
+ * eomgen_real.h.
  *
  * q[0]  rod.angle (rad)
  * v[0]  rod.angle_rate (rad/s)

@@ -1,0 +1,67 @@
+"""The arithmetic between arguments and results: what each accuracy means to the emitted C."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from eomgen.backends.c import template
+from eomgen.backends.c.printer import CPrinter, FastPrinter, HighPrinter, Kind
+
+
+@dataclass(frozen=True)
+class Arithmetic:
+    """How a text computes.
+
+    Attributes:
+        printer: makes the rules for single operations from the kinds of the arrays.
+        about, macros: head of the text.
+        value: C type of a value between arguments and results.
+        still: C type of what depends on the parameters only.
+        size: scalars that one of them takes.
+        streams: packs are pairs ("EOM_WIDE") or single vectors (1); None: short forward dynamics has pairs.
+        runtime: the header it needs.
+    """
+
+    printer: Callable[[dict[str, Kind], bool], CPrinter | HighPrinter]
+    about: str
+    macros: str
+    value: str
+    still: str
+    size: int
+    streams: str | None
+    runtime: str
+
+
+ARITHMETIC = {
+    "fast": Arithmetic(
+        lambda kinds, inline: FastPrinter(kinds),
+        template.FAST_ABOUT,
+        template.FAST_MACROS,
+        "single",
+        "float",
+        1,
+        "EOM_WIDE",
+        "eomgen_single.h",
+    ),
+    "standard": Arithmetic(
+        CPrinter,
+        template.STANDARD_ABOUT,
+        template.STANDARD_MACROS,
+        "pack",
+        "scalar",
+        1,
+        None,
+        "eomgen_real.h",
+    ),
+    "high": Arithmetic(
+        lambda kinds, inline: HighPrinter(kinds),
+        template.HIGH_ABOUT,
+        template.HIGH_MACROS,
+        "twofold",
+        "eom_twofold_f64",
+        2,
+        "1",
+        "eomgen_twofold.h",
+    ),
+}
