@@ -17,6 +17,7 @@ import numpy as np
 from eomgen import functions, pipeline
 from eomgen.errors import UnsupportedError
 from eomgen.frontends import METHODS
+from eomgen.hard import hard_states
 from eomgen.ir.expr import Node
 from eomgen.ir.interpret import Label, Operators, evaluate
 from eomgen.scene import Scene
@@ -103,43 +104,6 @@ class Certificate:
     scaled: float
     componentwise: float
     condition: float
-
-
-def hard_states(scene: Scene) -> dict[str, dict[str, np.ndarray[Any, Any]]]:
-    """Named states (q, v, u, a, w) that make a scene's equations hard to evaluate.
-
-    Angles that are equal, nearly equal or nearly opposite cancel in differences; a length near zero makes the mass
-    matrix nearly singular; fast spins and large angles lose digits before anything else happens.
-    """
-    m, free, k = len(scene.links), len(scene.free), len(scene.prescribed)
-    n = m + free
-    rng = np.random.default_rng(1)
-    q = np.concatenate([rng.uniform(-np.pi, np.pi, m), rng.uniform(0.5, 1.5, free)])
-    w = np.stack([rng.uniform(0.5, 1.5, k), rng.normal(size=k), rng.normal(size=k)], axis=-1)
-    base = {"q": q, "v": rng.normal(size=n), "u": rng.normal(size=n), "a": rng.normal(size=n), "w": w}
-
-    def state(angles: Any = None, lengths: Any = None, rates: float = 1.0) -> dict[str, np.ndarray[Any, Any]]:
-        made = {name: value.copy() for name, value in base.items()}
-        if angles is not None:
-            made["q"][:m] = angles
-        if lengths is not None and free:
-            made["q"][m] = lengths
-        made["v"] *= rates
-        return made
-
-    alternating = np.arange(m) % 2
-    states = {
-        "random": state(),
-        "aligned": state(angles=0.7),
-        "nearly aligned": state(angles=0.7 + 1e-8 * np.arange(m)),
-        "folded": state(angles=0.7 + (np.pi - 1e-8) * alternating),
-        "fast": state(rates=1e4),
-        "angles of 1e6": state(angles=1e6 + np.arange(m)),
-        "angles of 1e15": state(angles=1e15 + np.arange(m)),
-    }
-    if free:
-        states |= {f"a length of {length:g}": state(lengths=length) for length in (1e-3, 1e-6, 1e-9, 1e-12)}
-    return states
 
 
 def certify(
