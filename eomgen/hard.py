@@ -126,13 +126,12 @@ def rods(masses: Sequence[float] = (1.0,) * 4, lengths: Sequence[float] = (1.0,)
     return Scene("rods", tuple(links))
 
 
-def lumped(tip: float = 0.25) -> Scene:
+def lumped(masses: tuple[float, float, float] = (0.25, 0.5, 0.25)) -> Scene:
     """A joint-masses link (model 1c) that carries a point-masses link (1d), both of free length.
 
     Args:
-        tip: the mass at the far end of each, kg.
+        masses: of each, at the joint, on the link and at its far end, kg.
     """
-    masses = (0.25, 0.5, tip)
     first = JointMasses(name="link1", parent="ground", length="free", masses=masses, fraction=0.4)
     second = PointMasses(name="link2", parent="link1", length="free", masses=masses, fractions=(0.0, 0.4, 1.0))
     return Scene("lumped", (first, second))
@@ -218,9 +217,12 @@ def _collapsing() -> list[Case]:
             why = f"a link of model {model} without length has no direction; its inertia falls with the square"
             state = _changed(scene, lengths={k: length})
             made.append(Case(f"lumped: {model} of {length:g} m", scene, state, why))
-    light = lumped(tip=1e-12)
-    why = "the far ends have next to no mass"
-    return [*made, Case("lumped: tips of 1e-12 kg", light, random_state(light), why)]
+    light, tiny = lumped(masses=(0.25, 0.5, 1e-12)), lumped(masses=(1e-120, 2e-120, 1e-120))
+    return [
+        *made,
+        Case("lumped: tips of 1e-12 kg", light, random_state(light), "the far ends have next to no mass"),
+        Case("lumped: tiny masses", tiny, random_state(tiny), "products of three masses underflow"),
+    ]
 
 
 def _elastic() -> list[Case]:

@@ -79,7 +79,8 @@ def _namespace() -> ModuleType:
         return Array(np.ones_like(x._numbers, dtype=dtype))
 
     def finfo(type_: Any, /) -> Any:
-        return SimpleNamespace(eps=float(np.finfo(type_).eps))
+        kind = np.finfo(type_)
+        return SimpleNamespace(eps=float(kind.eps), smallest_normal=float(kind.smallest_normal))
 
     def ufunc(name: str) -> Callable[[Array], Array]:
         def apply(x: Array, /) -> Array:

@@ -330,17 +330,33 @@ def test_strides_and_broadcasting(modules: dict[str, ModuleType], backend: str) 
 
 @pytest.mark.parametrize("backend", backends.BACKENDS)
 @pytest.mark.parametrize("dtype", DTYPES)
-@pytest.mark.parametrize("states", [1, 8])
-def test_unsafe_pivots(modules: dict[str, ModuleType], backend: str, dtype: str, states: int) -> None:
-    """A pivot at or below 16 eps of its reference gives NaN and the flag, in the batch for that state only."""
-    *state, p = arguments(coverage(), (states,), dtype)
-    q, position = state[0].copy(), list(EXPRESSIONS).index("pivot_inverse")
-    q[-1] = [q[-1, 1] * 15 * np.finfo(dtype).eps, q[-1, 1]]
-    with np.errstate(invalid="ignore"):
-        got = modules[backend].coverage(q, state[1], p)[:, position]
-    assert np.isnan(got).tolist() == [False] * (states - 1) + [True]
-    with np.errstate(invalid="raise"), pytest.raises(FloatingPointError):
-        modules[backend].coverage(q, state[1], p)
+@pytest.mark.parametrize("states", [1, 8, 33])
+@pytest.mark.parametrize("reference", ["one", "least"])
+def test_unsafe_pivots(modules: dict[str, ModuleType], backend: str, dtype: str, states: int, reference: str) -> None:
+    """NaN and the flag up to 16 eps of the reference and the least normal number, 1/pivot from the next number on.
+
+    In a batch NaN is for that state only, and the others have the bits that they have alone.
+    """
+    kind, function = np.finfo(dtype), modules[backend].coverage
+    beside = np.ones((), dtype) if reference == "one" else np.zeros((), dtype)
+    bound = 16 * kind.eps * beside + kind.tiny
+    q, w, p = arguments(coverage(), (states,), dtype)
+    position, lost = list(EXPRESSIONS).index("pivot_inverse"), states // 2
+    alone = np.stack([function(q[i], w[i], p)[position] for i in range(states)])
+    for pivot, safe in [(bound, False), (np.nextafter(bound, kind.max, dtype=dtype), True), (-bound, False)]:
+        q[lost] = [pivot, beside]
+        with np.errstate(all="ignore"):
+            got = function(q, w, p)[:, position]
+            one = function(q[lost], w[lost], p)[position]
+        expected = 1 / pivot if safe else np.nan
+        assert np.array_equal([got[lost], one], [expected, expected], equal_nan=True)
+        assert np.array_equal(np.delete(got, lost), np.delete(alone, lost))
+        with np.errstate(all="ignore", invalid="raise"):
+            if safe:
+                function(q, w, p)
+                continue
+            with pytest.raises(FloatingPointError):
+                function(q, w, p)
 
 
 def test_all_operations_are_covered() -> None:

@@ -405,6 +405,50 @@ def test_singular_state(states: int, method: str, backend: str, compiled: Compil
 
 
 @BOTH
+@pytest.mark.parametrize("dtype", ["float64", "float32", "longdouble"])
+@pytest.mark.parametrize(("method", "threshold"), [("matrix", 16), ("recursive", 16), ("articulated", 8)])
+def test_both_sides_of_a_pivot(method: str, threshold: int, dtype: str, backend: str) -> None:
+    """A rod with a mass of x on its end and a mass of 1 on the next in line with it: the last pivot is x.
+
+    Its reference is x + 1 in the mass matrix, and x + 1/2, a mean over directions, in the articulated inertia.
+    """
+    rods = [
+        eomgen.JointMasses(name=name, parent=parent, length=1.0, masses=(0.0, 0.0, mass), fraction=0.5)
+        for name, parent, mass in (("near", "ground", 0.5), ("far", "near", 1.0))
+    ]
+    solver = "articulated" if method == "articulated" else "dense"
+    module = eomgen.compile(
+        eomgen.Scene("pair", tuple(rods)),
+        method=method,
+        backend=backend,
+        functions=["forward_dynamics"],
+        dtypes=[dtype],
+        solver=solver,
+    )
+    p, x = module.p.astype(dtype), module.p_names.index("near.mass3")
+    rng = np.random.default_rng(3)
+    q, v, u = rng.normal(size=(3, 37, 2)).astype(dtype)
+    v[11] = 0
+    for place, safe in ((threshold - 1, False), (threshold + 1, True)):
+        p[x] = place * np.finfo(dtype).eps
+        q[11] = 1.0, 0.0
+        alone = np.stack([module.forward_dynamics(*state, p) for state in zip(q, v, u, strict=True)])
+        q[11] = 0.0
+        with np.errstate(invalid="ignore"):
+            found, one = module.forward_dynamics(q, v, u, p), module.forward_dynamics(q[11], v[11], u[11], p)
+        assert np.isfinite(found[11]).all() == np.isfinite(one).all() == safe
+        assert np.isnan(found[11]).any() == (not safe)
+        assert np.array_equal(np.delete(found, 11, axis=0), np.delete(alone, 11, axis=0))
+        if safe:
+            assert np.array_equal(found[11], one)
+            with np.errstate(invalid="raise"):
+                module.forward_dynamics(q, v, u, p)
+        else:
+            with np.errstate(invalid="raise"), pytest.raises(FloatingPointError):
+                module.forward_dynamics(q, v, u, p)
+
+
+@BOTH
 def test_nan_stays_in_its_state(backend: str, compiled: Compiled) -> None:
     module = compiled_form(compiled, ARRAYS, backend)
     batch = random_state(module, 5, (11,))

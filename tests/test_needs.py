@@ -68,13 +68,18 @@ def test_without_gravity(model: str, method: str) -> None:
 def test_a_fixed_length_costs_what_a_rigid_link_costs(model: str, method: str) -> None:
     """What distinguishes the models are numbers; they are put together once per set of parameters.
 
-    Lagrange's method writes down every body, so there a model of one body only can cost the same.
+    Lagrange's method writes down every body, so there a model of one body only can cost the same. In the articulated
+    elimination inertia of the bodies and of their distances are terms apart: an operation per link may differ.
     """
     fixed, rigid = tree("fixed", line(3), model, 0.6), tree("rigid", line(3), "rigid")
     assert fixed.q_names == rigid.q_names
     assert not [name for name in symbols(eomgen.derive(fixed, method)) if name.endswith(LENGTHS)]
     if method != "lagrange" or model == "elastic-rod":
-        assert per_state(fixed, method) == per_state(rigid, method)
+        costs, expected = per_state(fixed, method), per_state(rigid, method)
+        if method == "articulated" and model != "elastic-rod":
+            found, one_body = costs.pop("forward_dynamics"), expected.pop("forward_dynamics")
+            assert abs(total(found) - total(one_body)) <= 3
+        assert costs == expected
 
 
 @pytest.mark.parametrize("method", METHODS)

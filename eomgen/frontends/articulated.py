@@ -192,10 +192,11 @@ class _General(_Solved):
             left_mixed = mixed - self.slide_u * slide_n - u * self.gain_n
         else:
             # Without a free length the difference m + Λ_nn - n²/pivot has a form with positive terms only.
+            # Nothing is of the order of mass², which might leave the range of numbers.
             far = link.graph.sum(b.mass * _squared(_arm(link, b) - L) + b.inertia for b in link.bodies)
             left_u = k.m + along - u * self.gain_u
-            left_n = (_central(link) + across * far) * inverse
-            left_mixed = mixed * (k.T - L * k.S) * inverse
+            left_n = _central(link, inverse) + across * (far * inverse)
+            left_mixed = mixed * ((k.T - L * k.S) * inverse)
         half_p, half_d = (left_u + left_n) / 2, (left_u - left_n) / 2
         turned = _deviator_to_parent(link, half_d, left_mixed)
         self.above = (half_p, *turned, *_to_parent(link, force_along, force_across), effort)
@@ -236,17 +237,18 @@ class _Lumped(_Solved):
         self.pivots = {"length": a * a - square * square * deviation}
         inverse = graph.pivot_inverse(self.pivots["length"], a * a)
         gain = (scale * second - square * first) * inverse
-        self.gain = ((first + scale * p) * a - scale * square * deviation) * inverse, gain * d, gain * e
+        along_gain, deviation = a * inverse, deviation * inverse
+        self.gain = (first + scale * p) * along_gain - scale * square * deviation, gain * d, gain * e
         shear = -square * inverse
         effort = link.torque - link.joint_spring
         length = link.length
         self.per_length = length * graph.pivot_inverse(length * length, length * length)
         push = link.force - link.spring - scale * below_along
         turn = (effort - torque) * self.per_length - scale * below_across
-        self.z = _apply((a * inverse, shear * d, shear * e), push, turn)
+        self.z = _apply((along_gain, shear * d, shear * e), push, turn)
         along, across = _apply(self.gain, push, turn)
         stiff = (far * second - square * apart) * inverse
-        left = ((apart + far * p) * a - far * square * deviation) * inverse
+        left = (apart + far * p) * along_gain - far * square * deviation
         turned = _deviator_to_parent(link, stiff * d, stiff * e)
         self.above = (left, *turned, *_to_parent(link, below_along + along, below_across + across), effort)
 
@@ -288,12 +290,13 @@ def _apart(link: LinkSymbols, masses: list[tuple[Node, Node]], direct: Node) -> 
     return link.graph.sum(terms)
 
 
-def _central(link: LinkSymbols) -> Node:
-    """m T - S²: the mass times the moment of inertia about the link's own centre."""
+def _central(link: LinkSymbols, inverse: Node) -> Node:
+    """(m T - S²)/T': the mass times the moment of inertia about the link's own centre, by the pivot T'."""
     k = link.moments
     masses = [(link.graph.node(b.mass), _arm(link, b)) for b in link.bodies]
     inertia = link.graph.sum(b.inertia for b in link.bodies)
-    return _apart(link, masses, k.m * (k.T - inertia) - k.S * k.S) + k.m * inertia
+    apart = _apart(link, masses, k.m * (k.T - inertia) - k.S * k.S)
+    return apart * inverse + k.m * (inertia * inverse)
 
 
 def inverse_dynamics(

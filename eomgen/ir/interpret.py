@@ -145,9 +145,9 @@ class Operators:
 
 
 class Floats(Operators):
-    """float64 scalars or arrays. A pivot is safe beside its reference above 16 eps (see `docs/design.md`)."""
+    """float64 scalars or arrays. A pivot is safe beside its reference above 16 eps (see `docs/accuracy.md`)."""
 
-    PIVOT = 16 * np.finfo(float).eps
+    PIVOT, LEAST = 16 * np.finfo(float).eps, np.finfo(float).tiny
 
     def constant(self, value: int | Fraction) -> float:
         return float(value)
@@ -159,7 +159,7 @@ class Floats(Operators):
         return np.divide(a, b)
 
     def pivot_inverse(self, pivot: Any, reference: Any) -> Any:
-        safe = np.greater(pivot, self.PIVOT * reference)
+        safe = np.greater(pivot, self.PIVOT * reference + self.LEAST)
         return np.divide(np.where(safe, 1.0, 0.0), np.where(safe, pivot, 0.0))
 
     def function(self, name: str, a: Any) -> Any:

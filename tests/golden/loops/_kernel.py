@@ -10,24 +10,23 @@ from ._gufunc import Function, pivot_inverse
 
 
 def _forward_dynamics_constants(xp, number, p):
-    c = [0.0] * 9
+    c = [0.0] * 7
     inertia_p_up = [0.0] * 4
     kept0 = [0.0] * 2
     kept1 = [0.0] * 2
-    kept2 = [0.0] * 2
     # constants of link4, tips to root
-    t0 = p[18] * p[21]
-    t1 = p[19] * p[22]
-    t2 = p[20] * p[23]
-    t3 = p[21] * t0 + p[22] * t1 + p[23] * t2
-    t4 = t3 * t3
-    t5 = pivot_inverse(xp, t4, t4)
-    t6 = p[22] - p[21]
-    t7 = p[23] - p[21]
-    t8 = p[23] - p[22]
-    t9 = t5 * (t3 * (p[18] * p[19] * (t6 * t6) + p[18] * p[20] * (t7 * t7) + p[19] * p[20] * (t8 * t8)))
-    inertia_p_up[2] = t9
-    c[0] = t5 * ((t0 + t1 + t2) * t3)
+    t0 = p[22] - p[21]
+    t1 = p[23] - p[21]
+    t2 = p[23] - p[22]
+    t3 = p[18] * p[21]
+    t4 = p[19] * p[22]
+    t5 = p[20] * p[23]
+    t6 = p[21] * t3 + p[22] * t4 + p[23] * t5
+    t7 = t6 * t6
+    t8 = pivot_inverse(xp, t7, t7)
+    t9 = t6 * t8
+    inertia_p_up[2] = (p[18] * p[19] * (t0 * t0) + p[18] * p[20] * (t1 * t1) + p[19] * p[20] * (t2 * t2)) * t9
+    c[0] = (t3 + t4 + t5) * t9
     # constants of link2 to link3, tips to root
     for k in range(2):
         t0 = p[12 - 6 * k] * p[15 - 6 * k]
@@ -36,19 +35,19 @@ def _forward_dynamics_constants(xp, number, p):
         t3 = inertia_p_up[2 - k] + p[15 - 6 * k] * t0 + p[16 - 6 * k] * t1 + p[17 - 6 * k] * t2
         t4 = t3 * t3
         t5 = pivot_inverse(xp, t4, t4)
-        t6 = p[16 - 6 * k] - p[15 - 6 * k]
-        t7 = p[17 - 6 * k] - p[15 - 6 * k]
-        t8 = p[17 - 6 * k] - p[16 - 6 * k]
-        t9 = p[15 - 6 * k] - 1.0
-        t10 = p[16 - 6 * k] - 1.0
-        t11 = p[17 - 6 * k] - 1.0
-        t12 = p[12 - 6 * k] * p[13 - 6 * k] * (t6 * t6) + p[12 - 6 * k] * p[14 - 6 * k] * (t7 * t7) + p[13 - 6 * k] * p[14 - 6 * k] * (t8 * t8) + inertia_p_up[2 - k] * (p[12 - 6 * k] * (t9 * t9) + p[13 - 6 * k] * (t10 * t10) + p[14 - 6 * k] * (t11 * t11))
-        t13 = t5 * (t3 * (inertia_p_up[2 - k] + t0 + t1 + t2))
-        inertia_p_up[1 - k] = t5 * (t3 * t12)
-        kept0[1 - k] = t3
-        kept1[1 - k] = t5
-        kept2[1 - k] = t13
-        c[1 + k] = t13
+        t6 = t3 * t5
+        t7 = p[16 - 6 * k] - p[15 - 6 * k]
+        t8 = p[17 - 6 * k] - p[15 - 6 * k]
+        t9 = p[17 - 6 * k] - p[16 - 6 * k]
+        t10 = p[15 - 6 * k] - 1.0
+        t11 = p[16 - 6 * k] - 1.0
+        t12 = p[17 - 6 * k] - 1.0
+        t13 = p[12 - 6 * k] * p[13 - 6 * k] * (t7 * t7) + p[12 - 6 * k] * p[14 - 6 * k] * (t8 * t8) + p[13 - 6 * k] * p[14 - 6 * k] * (t9 * t9) + inertia_p_up[2 - k] * (p[12 - 6 * k] * (t10 * t10) + p[13 - 6 * k] * (t11 * t11) + p[14 - 6 * k] * (t12 * t12))
+        t14 = t6 * (inertia_p_up[2 - k] + t0 + t1 + t2)
+        inertia_p_up[1 - k] = t6 * t13
+        kept0[1 - k] = t6
+        kept1[1 - k] = t14
+        c[1 + k] = t14
     # constants of link1, root to tips
     t0 = p[0] * p[3]
     t1 = p[1] * p[4]
@@ -56,11 +55,9 @@ def _forward_dynamics_constants(xp, number, p):
     t3 = inertia_p_up[0] + p[3] * t0 + p[4] * t1 + p[5] * t2
     t4 = t3 * t3
     t5 = pivot_inverse(xp, t4, t4)
-    c[3] = t5 * (t3 * (inertia_p_up[0] + t0 + t1 + t2))
-    c[4] = t3 * t5
-    # constants of link2 to link3, root to tips
-    for k in range(2):
-        c[5 + k] = kept0[k] * kept1[k]
+    t6 = t3 * t5
+    c[3] = t6
+    c[4] = t6 * (inertia_p_up[0] + t0 + t1 + t2)
     # constants of link4, root to tips
     t0 = p[18] * p[21]
     t1 = p[19] * p[22]
@@ -68,27 +65,28 @@ def _forward_dynamics_constants(xp, number, p):
     t3 = p[21] * t0 + p[22] * t1 + p[23] * t2
     t4 = t3 * t3
     t5 = pivot_inverse(xp, t4, t4)
-    c[7] = t5 * ((t0 + t1 + t2) * t3)
-    c[8] = t3 * t5
-    return (c, inertia_p_up, kept0, kept1, kept2,)
+    t6 = t3 * t5
+    c[5] = t6
+    c[6] = (t0 + t1 + t2) * t6
+    return (c, inertia_p_up, kept0, kept1,)
 
 
 def _forward_dynamics(xp, number, q, v, u, p, c):
-    c, inertia_p_up, kept0, kept1, kept2, = c
+    c, inertia_p_up, kept0, kept1, = c
     force_u_up = [0.0] * 4
     force_n_up = [0.0] * 4
     torque_up = [0.0] * 4
     acceleration_u_down1 = [0.0] * 4
     acceleration_n_down1 = [0.0] * 4
+    kept2 = [0.0] * 2
     kept3 = [0.0] * 2
     kept4 = [0.0] * 2
     kept5 = [0.0] * 2
     kept6 = [0.0] * 2
-    kept7 = [0.0] * 2
+    kept7 = [0.0] * 1
     kept8 = [0.0] * 1
     kept9 = [0.0] * 1
     kept10 = [0.0] * 1
-    kept11 = [0.0] * 1
     out = [0.0] * 8
     # link4, tips to root
     t0 = u[7] * c[0]
@@ -103,10 +101,10 @@ def _forward_dynamics(xp, number, q, v, u, p, c):
     force_u_up[2] = t0 * c2 - t7 * s2
     force_n_up[2] = t0 * s2 + t7 * c2
     torque_up[2] = u[3]
-    kept8[0] = t5
-    kept9[0] = t6
-    kept10[0] = c2
-    kept11[0] = s2
+    kept7[0] = t5
+    kept8[0] = t6
+    kept9[0] = c2
+    kept10[0] = s2
     # link2 to link3, tips to root
     for k in range(2):
         t0 = q[2 - k] - q[1 - k]
@@ -122,39 +120,39 @@ def _forward_dynamics(xp, number, q, v, u, p, c):
         force_u_up[1 - k] = c1 * t3 - s1 * t8
         force_n_up[1 - k] = s1 * t3 + c1 * t8
         torque_up[1 - k] = u[2 - k]
-        kept3[1 - k] = t6
-        kept4[1 - k] = t2
-        kept5[1 - k] = t7
-        kept6[1 - k] = c1
-        kept7[1 - k] = s1
+        kept2[1 - k] = t6
+        kept3[1 - k] = t2
+        kept4[1 - k] = t7
+        kept5[1 - k] = c1
+        kept6[1 - k] = s1
     # link1, root to tips
     s0 = xp.sin(q[0])
     c0 = xp.cos(q[0])
     t1 = p[24] * s0
-    t2 = (u[4] - force_u_up[0]) * c[4] - c[3] * t1
+    t2 = c[3] * (u[4] - force_u_up[0]) - c[4] * t1
     t3 = p[24] * c0
     t4 = q[4] * q[4]
     t5 = pivot_inverse(xp, t4, t4)
     t6 = q[4] * t5
-    t7 = (t6 * (u[0] - torque_up[0]) - force_n_up[0]) * c[4] - c[3] * t3
+    t7 = c[3] * (t6 * (u[0] - torque_up[0]) - force_n_up[0]) - c[4] * t3
     acceleration_u_down1[0] = t1 + t2
     acceleration_n_down1[0] = t3 + t7
     out[0] = t6 * (t7 - 2.0 * (v[0] * v[4]))
     out[4] = t2 + q[4] * t6 * (q[4] * (v[0] * v[0]))
     # link2 to link3, root to tips
     for k in range(2):
-        t0 = kept6[k] * acceleration_u_down1[k] + kept7[k] * acceleration_n_down1[k]
-        t1 = kept4[k] * c[5 + k] - kept2[k] * t0
-        t2 = kept6[k] * acceleration_n_down1[k] - kept7[k] * acceleration_u_down1[k]
-        t3 = kept5[k] * c[5 + k] - kept2[k] * t2
+        t0 = kept5[k] * acceleration_u_down1[k] + kept6[k] * acceleration_n_down1[k]
+        t1 = kept0[k] * kept3[k] - kept1[k] * t0
+        t2 = kept5[k] * acceleration_n_down1[k] - kept6[k] * acceleration_u_down1[k]
+        t3 = kept0[k] * kept4[k] - kept1[k] * t2
         acceleration_u_down1[1 + k] = t0 + t1
         acceleration_n_down1[1 + k] = t2 + t3
-        out[1 + k] = kept3[k] * (t3 - 2.0 * (v[1 + k] * v[5 + k]))
-        out[5 + k] = t1 + q[5 + k] * kept3[k] * (q[5 + k] * (v[1 + k] * v[1 + k]))
+        out[1 + k] = kept2[k] * (t3 - 2.0 * (v[1 + k] * v[5 + k]))
+        out[5 + k] = t1 + q[5 + k] * kept2[k] * (q[5 + k] * (v[1 + k] * v[1 + k]))
     # link4, root to tips
-    t0 = kept8[0] * (kept9[0] * c[8] - c[7] * (kept10[0] * acceleration_n_down1[2] - kept11[0] * acceleration_u_down1[2]) - 2.0 * (v[3] * v[7]))
+    t0 = kept7[0] * (c[5] * kept8[0] - c[6] * (kept9[0] * acceleration_n_down1[2] - kept10[0] * acceleration_u_down1[2]) - 2.0 * (v[3] * v[7]))
     out[3] = t0
-    out[7] = u[7] * c[8] - c[7] * (kept10[0] * acceleration_u_down1[2] + kept11[0] * acceleration_n_down1[2]) + q[7] * kept8[0] * (q[7] * (v[3] * v[3]))
+    out[7] = u[7] * c[5] - c[6] * (kept9[0] * acceleration_u_down1[2] + kept10[0] * acceleration_n_down1[2]) + q[7] * kept7[0] * (q[7] * (v[3] * v[3]))
     return out
 
 

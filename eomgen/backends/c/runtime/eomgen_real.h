@@ -13,7 +13,7 @@
  *   eom_set_T(double a)              a in every lane
  *   eom_fma_T(a, b, c)               a b + c: rounded once where the target has an instruction for it, else twice
  *   eom_sincos_T(x, &s, &c)          sine and cosine, section 5
- *   eom_pivot_inverse_T(d, ref)      1/d if d > 16 EPS ref; else NaN and the `invalid` flag
+ *   eom_pivot_inverse_T(d, ref)      1/d if d > 16 EPS ref + MIN; else NaN and the `invalid` flag
  *   eom_sqrt_T, eom_exp_T, eom_log_T
  *
  * Text that serves all types says `#define EOM_REAL f64v` (or another suffix) and then uses the names without suffix:
@@ -508,35 +508,36 @@ EOM_DEFINE_SINCOS_CALL(f32v)
 
 /* ---- 6. Pivot ----------------------------------------------------------------------------------------------------
  *
- * eom_pivot_inverse_T(d, ref): 1/d where d > 16 EPS ref (EPS: of the type, 2^-52 for double), ref being the size of the
- * terms that d was computed from; elsewhere, and where d or ref is NaN, NaN with the flag `invalid`, which 0/0 raises.
+ * eom_pivot_inverse_T(d, ref): 1/d where d > 16 EPS ref + MIN (EPS: of the type, 2^-52 for double; MIN: its least normal
+ * number, below which digits are lost), ref being the size of the terms that d was computed from; elsewhere, and where d
+ * or ref is NaN, NaN with the flag `invalid`, which 0/0 raises.
  */
 
 /* volatile: no compiler may know the quotient beforehand. */
-#define EOM_DEFINE_PIVOT_SCALAR(T, EPS)                                                                               \
+#define EOM_DEFINE_PIVOT_SCALAR(T, EPS, MIN)                                                                          \
     EOM_INLINE eom_##T eom_pivot_inverse_##T(eom_##T d, eom_##T ref)                                                  \
     {                                                                                                                 \
-        if (__builtin_expect(d > 16 * EPS * ref, 1)) return 1 / d;                                                    \
+        if (__builtin_expect(d > 16 * EPS * ref + MIN, 1)) return 1 / d;                                              \
         volatile eom_##T zero = 0;                                                                                    \
         return zero / zero;                                                                                           \
     }
 
 /* (1 & mask) / (d & mask), the mask being all ones in the good lanes. */
-#define EOM_DEFINE_PIVOT_VECTOR(T, I, EPS)                                                                            \
+#define EOM_DEFINE_PIVOT_VECTOR(T, I, EPS, MIN)                                                                       \
     EOM_INLINE eom_##T eom_pivot_inverse_##T(eom_##T d, eom_##T ref)                                                  \
     {                                                                                                                 \
-        I good = (I)(d > eom_set_##T(16 * EPS) * ref);                                                                \
+        I good = (I)(d > eom_set_##T(16 * EPS) * ref + eom_set_##T(MIN));                                             \
         eom_##T numerator = (eom_##T)((I)eom_set_##T(1) & good);                                                      \
         eom_##T denominator = (eom_##T)((I)d & good);                                                                 \
         EOM_OPAQUE(denominator);                                                                                      \
         return numerator / denominator;                                                                               \
     }
 
-EOM_DEFINE_PIVOT_SCALAR(f64, __DBL_EPSILON__)
-EOM_DEFINE_PIVOT_SCALAR(f32, __FLT_EPSILON__)
-EOM_DEFINE_PIVOT_SCALAR(f80, __LDBL_EPSILON__)
-EOM_DEFINE_PIVOT_VECTOR(f64v, eom_i64v, __DBL_EPSILON__)
-EOM_DEFINE_PIVOT_VECTOR(f32v, eom_i32v, __FLT_EPSILON__)
+EOM_DEFINE_PIVOT_SCALAR(f64, __DBL_EPSILON__, __DBL_MIN__)
+EOM_DEFINE_PIVOT_SCALAR(f32, __FLT_EPSILON__, __FLT_MIN__)
+EOM_DEFINE_PIVOT_SCALAR(f80, __LDBL_EPSILON__, __LDBL_MIN__)
+EOM_DEFINE_PIVOT_VECTOR(f64v, eom_i64v, __DBL_EPSILON__, __DBL_MIN__)
+EOM_DEFINE_PIVOT_VECTOR(f32v, eom_i32v, __FLT_EPSILON__, __FLT_MIN__)
 
 
 /* ---- 7. Functions ------------------------------------------------------------------------------------------------

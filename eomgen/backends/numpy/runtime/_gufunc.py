@@ -249,12 +249,13 @@ def _unstack(xp, array, core):
 
 
 def pivot_inverse(xp, pivot, reference):
-    """1/pivot where it is safely positive beside the reference (above 16 eps), elsewhere NaN and an invalid flag."""
+    """1/pivot where it is safely positive beside the reference (above 16 eps) and normal, else NaN and `invalid`."""
     if isinstance(pivot, (int, float)):
         xp = numpy
     if xp is numpy:
         pivot = numpy.asarray(pivot)
-    safe = pivot > 16 * float(xp.finfo(pivot.dtype).eps) * reference
+    kind = xp.finfo(pivot.dtype)
+    safe = pivot > 16 * float(kind.eps) * reference + kind.smallest_normal
     one = xp.ones_like(pivot)
     inverse = xp.where(safe, one, 0 * one) / xp.where(safe, pivot, 0 * one)
     return float(inverse) if xp is numpy and not inverse.ndim and inverse.dtype == float else inverse

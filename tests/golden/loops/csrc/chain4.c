@@ -65,7 +65,7 @@ const eom_function eom_functions[] = {
     {"forward_dynamics", "(8),(8),(8),(25)->(8)",
      "forward_dynamics(q, v, u, p)\n\naccelerations a of M a + h = Q(u).",
      "(8),(8),(t,8),(25),(),()->(t,8),(t,8)",
-     3, 1, forward_dynamics_rows, forward_dynamics_columns, 19, 34, 1,
+     3, 1, forward_dynamics_rows, forward_dynamics_columns, 15, 34, 1,
      {EOM_CAST(forward_dynamics_constants_f64), EOM_CAST(forward_dynamics_f64), EOM_CAST(forward_dynamics_f64v)}, {0, 0, 0}, {0, 0, 0}},
     {"mass_matrix", "(8),(25)->(8,8)",
      "mass_matrix(q, p)\n\nmass matrix M.",
@@ -88,7 +88,7 @@ const double chain4_p[25] = {
 void chain4_forward_dynamics(const double *q, const double *v, const double *u, const double *p, double *out)
 {
     const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v, (const pack_f641 *)u};
-    double c[19], work[34];
+    double c[15], work[34];
     forward_dynamics_constants_f64(p, (void *)c);
     forward_dynamics_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
 }

@@ -86,28 +86,27 @@ typedef real pack[EOM_WIDE];
 static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_1)(const scalar *p, scalar *restrict c)
 {
     /* constants of link4, tips to root */
-    scalar *const inertia_p_up = c + 9;
-    pack t0; EACH t0[h] = p[18] * p[21];
-    pack t1; EACH t1[h] = p[19] * p[22];
-    pack t2; EACH t2[h] = p[20] * p[23];
-    pack t3; EACH t3[h] = FMA(p[23], t2[h], FMA(p[21], t0[h], p[22] * t1[h]));
-    pack t4; EACH t4[h] = t3[h] * t3[h];
-    pack t5; EACH t5[h] = PIVOT_INVERSE(t4[h], t4[h]);
-    pack t6; EACH t6[h] = p[22] - p[21];
-    pack t7; EACH t7[h] = p[23] - p[21];
-    pack t8; EACH t8[h] = p[23] - p[22];
-    pack t9; EACH t9[h] = t5[h] * (t3[h] * FMA(p[19] * p[20], (t8[h] * t8[h]), FMA(p[18] * p[19], (t6[h] * t6[h]), p[18] * p[20] * (t7[h] * t7[h]))));
-    EACH inertia_p_up[2] = t9[h];
-    EACH c[0] = t5[h] * ((t0[h] + t1[h] + t2[h]) * t3[h]);
+    scalar *const inertia_p_up = c + 7;
+    pack t0; EACH t0[h] = p[22] - p[21];
+    pack t1; EACH t1[h] = p[23] - p[21];
+    pack t2; EACH t2[h] = p[23] - p[22];
+    pack t3; EACH t3[h] = p[18] * p[21];
+    pack t4; EACH t4[h] = p[19] * p[22];
+    pack t5; EACH t5[h] = p[20] * p[23];
+    pack t6; EACH t6[h] = FMA(p[23], t5[h], FMA(p[21], t3[h], p[22] * t4[h]));
+    pack t7; EACH t7[h] = t6[h] * t6[h];
+    pack t8; EACH t8[h] = PIVOT_INVERSE(t7[h], t7[h]);
+    pack t9; EACH t9[h] = t6[h] * t8[h];
+    EACH inertia_p_up[2] = FMA(p[19] * p[20], (t2[h] * t2[h]), FMA(p[18] * p[19], (t0[h] * t0[h]), p[18] * p[20] * (t1[h] * t1[h]))) * t9[h];
+    EACH c[0] = (t3[h] + t4[h] + t5[h]) * t9[h];
 }
 
 static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_2)(const scalar *p, scalar *restrict c)
 {
     /* constants of link2 to link3, tips to root */
-    scalar *const inertia_p_up = c + 9;
-    scalar *const kept0 = c + 13;
-    scalar *const kept1 = c + 15;
-    scalar *const kept2 = c + 17;
+    scalar *const inertia_p_up = c + 7;
+    scalar *const kept0 = c + 11;
+    scalar *const kept1 = c + 13;
     for (int k = 0; k < 2; k++) {
         pack t0; EACH t0[h] = p[12 - 6 * k] * p[15 - 6 * k];
         pack t1; EACH t1[h] = p[13 - 6 * k] * p[16 - 6 * k];
@@ -115,47 +114,38 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_2)(con
         pack t3; EACH t3[h] = inertia_p_up[2 - k] + FMA(p[17 - 6 * k], t2[h], FMA(p[15 - 6 * k], t0[h], p[16 - 6 * k] * t1[h]));
         pack t4; EACH t4[h] = t3[h] * t3[h];
         pack t5; EACH t5[h] = PIVOT_INVERSE(t4[h], t4[h]);
-        pack t6; EACH t6[h] = p[16 - 6 * k] - p[15 - 6 * k];
-        pack t7; EACH t7[h] = p[17 - 6 * k] - p[15 - 6 * k];
-        pack t8; EACH t8[h] = p[17 - 6 * k] - p[16 - 6 * k];
-        pack t9; EACH t9[h] = p[15 - 6 * k] - K(1.0);
-        pack t10; EACH t10[h] = p[16 - 6 * k] - K(1.0);
-        pack t11; EACH t11[h] = p[17 - 6 * k] - K(1.0);
-        pack t12; EACH t12[h] = FMA(inertia_p_up[2 - k], FMA(p[14 - 6 * k], (t11[h] * t11[h]), FMA(p[12 - 6 * k], (t9[h] * t9[h]), p[13 - 6 * k] * (t10[h] * t10[h]))), FMA(p[13 - 6 * k] * p[14 - 6 * k], (t8[h] * t8[h]), FMA(p[12 - 6 * k] * p[13 - 6 * k], (t6[h] * t6[h]), p[12 - 6 * k] * p[14 - 6 * k] * (t7[h] * t7[h]))));
-        pack t13; EACH t13[h] = t5[h] * (t3[h] * (inertia_p_up[2 - k] + t0[h] + t1[h] + t2[h]));
-        EACH inertia_p_up[1 - k] = t5[h] * (t3[h] * t12[h]);
-        EACH kept0[1 - k] = t3[h];
-        EACH kept1[1 - k] = t5[h];
-        EACH kept2[1 - k] = t13[h];
-        EACH c[1 + k] = t13[h];
+        pack t6; EACH t6[h] = t3[h] * t5[h];
+        pack t7; EACH t7[h] = p[16 - 6 * k] - p[15 - 6 * k];
+        pack t8; EACH t8[h] = p[17 - 6 * k] - p[15 - 6 * k];
+        pack t9; EACH t9[h] = p[17 - 6 * k] - p[16 - 6 * k];
+        pack t10; EACH t10[h] = p[15 - 6 * k] - K(1.0);
+        pack t11; EACH t11[h] = p[16 - 6 * k] - K(1.0);
+        pack t12; EACH t12[h] = p[17 - 6 * k] - K(1.0);
+        pack t13; EACH t13[h] = FMA(inertia_p_up[2 - k], FMA(p[14 - 6 * k], (t12[h] * t12[h]), FMA(p[12 - 6 * k], (t10[h] * t10[h]), p[13 - 6 * k] * (t11[h] * t11[h]))), FMA(p[13 - 6 * k] * p[14 - 6 * k], (t9[h] * t9[h]), FMA(p[12 - 6 * k] * p[13 - 6 * k], (t7[h] * t7[h]), p[12 - 6 * k] * p[14 - 6 * k] * (t8[h] * t8[h]))));
+        pack t14; EACH t14[h] = t6[h] * (inertia_p_up[2 - k] + t0[h] + t1[h] + t2[h]);
+        EACH inertia_p_up[1 - k] = t6[h] * t13[h];
+        EACH kept0[1 - k] = t6[h];
+        EACH kept1[1 - k] = t14[h];
+        EACH c[1 + k] = t14[h];
     }
 }
 
 static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_3)(const scalar *p, scalar *restrict c)
 {
     /* constants of link1, root to tips */
-    scalar *const inertia_p_up = c + 9;
+    scalar *const inertia_p_up = c + 7;
     pack t0; EACH t0[h] = p[0] * p[3];
     pack t1; EACH t1[h] = p[1] * p[4];
     pack t2; EACH t2[h] = p[2] * p[5];
     pack t3; EACH t3[h] = inertia_p_up[0] + FMA(p[5], t2[h], FMA(p[3], t0[h], p[4] * t1[h]));
     pack t4; EACH t4[h] = t3[h] * t3[h];
     pack t5; EACH t5[h] = PIVOT_INVERSE(t4[h], t4[h]);
-    EACH c[3] = t5[h] * (t3[h] * (inertia_p_up[0] + t0[h] + t1[h] + t2[h]));
-    EACH c[4] = t3[h] * t5[h];
+    pack t6; EACH t6[h] = t3[h] * t5[h];
+    EACH c[3] = t6[h];
+    EACH c[4] = t6[h] * (inertia_p_up[0] + t0[h] + t1[h] + t2[h]);
 }
 
 static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_4)(const scalar *p, scalar *restrict c)
-{
-    /* constants of link2 to link3, root to tips */
-    scalar *const kept0 = c + 13;
-    scalar *const kept1 = c + 15;
-    for (int k = 0; k < 2; k++) {
-        EACH c[5 + k] = kept0[k] * kept1[k];
-    }
-}
-
-static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_5)(const scalar *p, scalar *restrict c)
 {
     /* constants of link4, root to tips */
     pack t0; EACH t0[h] = p[18] * p[21];
@@ -164,8 +154,9 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_5)(con
     pack t3; EACH t3[h] = FMA(p[23], t2[h], FMA(p[21], t0[h], p[22] * t1[h]));
     pack t4; EACH t4[h] = t3[h] * t3[h];
     pack t5; EACH t5[h] = PIVOT_INVERSE(t4[h], t4[h]);
-    EACH c[7] = t5[h] * ((t0[h] + t1[h] + t2[h]) * t3[h]);
-    EACH c[8] = t3[h] * t5[h];
+    pack t6; EACH t6[h] = t3[h] * t5[h];
+    EACH c[5] = t6[h];
+    EACH c[6] = (t0[h] + t1[h] + t2[h]) * t6[h];
 }
 
 static void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *restrict c)
@@ -174,7 +165,6 @@ static void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *restri
     EOM_NAME(forward_dynamics_constants_2)(p, c);
     EOM_NAME(forward_dynamics_constants_3)(p, c);
     EOM_NAME(forward_dynamics_constants_4)(p, c);
-    EOM_NAME(forward_dynamics_constants_5)(p, c);
 }
 
 #endif
@@ -187,10 +177,10 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_1)(const pack *c
     pack *const force_u_up = work + 0;
     pack *const force_n_up = work + 4;
     pack *const torque_up = work + 8;
-    pack *const kept8 = work + 30;
-    pack *const kept9 = work + 31;
-    pack *const kept10 = work + 32;
-    pack *const kept11 = work + 33;
+    pack *const kept7 = work + 30;
+    pack *const kept8 = work + 31;
+    pack *const kept9 = work + 32;
+    pack *const kept10 = work + 33;
     pack t0; EACH t0[h] = u[7][h] * c[0];
     pack t1; EACH t1[h] = q[3][h] - q[2][h];
     pack s2, c2; EACH SINCOS(t1[h], &s2[h], &c2[h]);
@@ -202,10 +192,10 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_1)(const pack *c
     EACH force_u_up[2][h] = FMA(t0[h], c2[h], -(t7[h] * s2[h]));
     EACH force_n_up[2][h] = FMA(t0[h], s2[h], t7[h] * c2[h]);
     EACH torque_up[2][h] = u[3][h];
-    EACH kept8[0][h] = t5[h];
-    EACH kept9[0][h] = t6[h];
-    EACH kept10[0][h] = c2[h];
-    EACH kept11[0][h] = s2[h];
+    EACH kept7[0][h] = t5[h];
+    EACH kept8[0][h] = t6[h];
+    EACH kept9[0][h] = c2[h];
+    EACH kept10[0][h] = s2[h];
 }
 
 static __attribute__((noinline)) void EOM_NAME(forward_dynamics_2)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
@@ -216,11 +206,11 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_2)(const pack *c
     pack *const force_u_up = work + 0;
     pack *const force_n_up = work + 4;
     pack *const torque_up = work + 8;
-    pack *const kept3 = work + 20;
-    pack *const kept4 = work + 22;
-    pack *const kept5 = work + 24;
-    pack *const kept6 = work + 26;
-    pack *const kept7 = work + 28;
+    pack *const kept2 = work + 20;
+    pack *const kept3 = work + 22;
+    pack *const kept4 = work + 24;
+    pack *const kept5 = work + 26;
+    pack *const kept6 = work + 28;
     for (int k = 0; k < 2; k++) {
         pack t0; EACH t0[h] = q[2 - k][h] - q[1 - k][h];
         pack s1, c1; EACH SINCOS(t0[h], &s1[h], &c1[h]);
@@ -234,11 +224,11 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_2)(const pack *c
         EACH force_u_up[1 - k][h] = FMA(c1[h], t3[h], -(s1[h] * t8[h]));
         EACH force_n_up[1 - k][h] = FMA(s1[h], t3[h], c1[h] * t8[h]);
         EACH torque_up[1 - k][h] = u[2 - k][h];
-        EACH kept3[1 - k][h] = t6[h];
-        EACH kept4[1 - k][h] = t2[h];
-        EACH kept5[1 - k][h] = t7[h];
-        EACH kept6[1 - k][h] = c1[h];
-        EACH kept7[1 - k][h] = s1[h];
+        EACH kept2[1 - k][h] = t6[h];
+        EACH kept3[1 - k][h] = t2[h];
+        EACH kept4[1 - k][h] = t7[h];
+        EACH kept5[1 - k][h] = c1[h];
+        EACH kept6[1 - k][h] = s1[h];
     }
 }
 
@@ -255,12 +245,12 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_3)(const pack *c
     pack *const acceleration_n_down1 = work + 16;
     pack s0, c0; EACH SINCOS(q[0][h], &s0[h], &c0[h]);
     pack t1; EACH t1[h] = p[24] * s0[h];
-    pack t2; EACH t2[h] = FMA((u[4][h] - force_u_up[0][h]), c[4], -(c[3] * t1[h]));
+    pack t2; EACH t2[h] = FMA(c[3], (u[4][h] - force_u_up[0][h]), -(c[4] * t1[h]));
     pack t3; EACH t3[h] = p[24] * c0[h];
     pack t4; EACH t4[h] = q[4][h] * q[4][h];
     pack t5; EACH t5[h] = PIVOT_INVERSE(t4[h], t4[h]);
     pack t6; EACH t6[h] = q[4][h] * t5[h];
-    pack t7; EACH t7[h] = FMA(FMA(t6[h], (u[0][h] - torque_up[0][h]), -force_n_up[0][h]), c[4], -(c[3] * t3[h]));
+    pack t7; EACH t7[h] = FMA(c[3], FMA(t6[h], (u[0][h] - torque_up[0][h]), -force_n_up[0][h]), -(c[4] * t3[h]));
     EACH acceleration_u_down1[0][h] = t1[h] + t2[h];
     EACH acceleration_n_down1[0][h] = t3[h] + t7[h];
     EACH out[0][h] = t6[h] * FMA(-K(2.0), (v[0][h] * v[4][h]), t7[h]);
@@ -274,21 +264,22 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_4)(const pack *c
     const pack *const v = in[1];
     pack *const acceleration_u_down1 = work + 12;
     pack *const acceleration_n_down1 = work + 16;
-    const scalar *const kept2 = c + 17;
-    pack *const kept3 = work + 20;
-    pack *const kept4 = work + 22;
-    pack *const kept5 = work + 24;
-    pack *const kept6 = work + 26;
-    pack *const kept7 = work + 28;
+    const scalar *const kept0 = c + 11;
+    const scalar *const kept1 = c + 13;
+    pack *const kept2 = work + 20;
+    pack *const kept3 = work + 22;
+    pack *const kept4 = work + 24;
+    pack *const kept5 = work + 26;
+    pack *const kept6 = work + 28;
     for (int k = 0; k < 2; k++) {
-        pack t0; EACH t0[h] = FMA(kept6[k][h], acceleration_u_down1[k][h], kept7[k][h] * acceleration_n_down1[k][h]);
-        pack t1; EACH t1[h] = FMA(kept4[k][h], c[5 + k], -(kept2[k] * t0[h]));
-        pack t2; EACH t2[h] = FMA(kept6[k][h], acceleration_n_down1[k][h], -(kept7[k][h] * acceleration_u_down1[k][h]));
-        pack t3; EACH t3[h] = FMA(kept5[k][h], c[5 + k], -(kept2[k] * t2[h]));
+        pack t0; EACH t0[h] = FMA(kept5[k][h], acceleration_u_down1[k][h], kept6[k][h] * acceleration_n_down1[k][h]);
+        pack t1; EACH t1[h] = FMA(kept0[k], kept3[k][h], -(kept1[k] * t0[h]));
+        pack t2; EACH t2[h] = FMA(kept5[k][h], acceleration_n_down1[k][h], -(kept6[k][h] * acceleration_u_down1[k][h]));
+        pack t3; EACH t3[h] = FMA(kept0[k], kept4[k][h], -(kept1[k] * t2[h]));
         EACH acceleration_u_down1[1 + k][h] = t0[h] + t1[h];
         EACH acceleration_n_down1[1 + k][h] = t2[h] + t3[h];
-        EACH out[1 + k][h] = kept3[k][h] * FMA(-K(2.0), (v[1 + k][h] * v[5 + k][h]), t3[h]);
-        EACH out[5 + k][h] = FMA(q[5 + k][h] * kept3[k][h], (q[5 + k][h] * (v[1 + k][h] * v[1 + k][h])), t1[h]);
+        EACH out[1 + k][h] = kept2[k][h] * FMA(-K(2.0), (v[1 + k][h] * v[5 + k][h]), t3[h]);
+        EACH out[5 + k][h] = FMA(q[5 + k][h] * kept2[k][h], (q[5 + k][h] * (v[1 + k][h] * v[1 + k][h])), t1[h]);
     }
 }
 
@@ -300,13 +291,13 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_5)(const pack *c
     const pack *const u = in[2];
     pack *const acceleration_u_down1 = work + 12;
     pack *const acceleration_n_down1 = work + 16;
-    pack *const kept8 = work + 30;
-    pack *const kept9 = work + 31;
-    pack *const kept10 = work + 32;
-    pack *const kept11 = work + 33;
-    pack t0; EACH t0[h] = kept8[0][h] * FMA(-K(2.0), (v[3][h] * v[7][h]), FMA(kept9[0][h], c[8], -(c[7] * FMA(kept10[0][h], acceleration_n_down1[2][h], -(kept11[0][h] * acceleration_u_down1[2][h])))));
+    pack *const kept7 = work + 30;
+    pack *const kept8 = work + 31;
+    pack *const kept9 = work + 32;
+    pack *const kept10 = work + 33;
+    pack t0; EACH t0[h] = kept7[0][h] * FMA(-K(2.0), (v[3][h] * v[7][h]), FMA(c[5], kept8[0][h], -(c[6] * FMA(kept9[0][h], acceleration_n_down1[2][h], -(kept10[0][h] * acceleration_u_down1[2][h])))));
     EACH out[3][h] = t0[h];
-    EACH out[7][h] = FMA(q[7][h] * kept8[0][h], (q[7][h] * (v[3][h] * v[3][h])), FMA(u[7][h], c[8], -(c[7] * FMA(kept10[0][h], acceleration_u_down1[2][h], kept11[0][h] * acceleration_n_down1[2][h]))));
+    EACH out[7][h] = FMA(q[7][h] * kept7[0][h], (q[7][h] * (v[3][h] * v[3][h])), FMA(u[7][h], c[5], -(c[6] * FMA(kept9[0][h], acceleration_u_down1[2][h], kept10[0][h] * acceleration_n_down1[2][h]))));
 }
 
 static void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
