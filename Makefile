@@ -24,6 +24,7 @@ bench: $(VENV)/.bench
 	$(BIN)/python tests/test_sincos.py
 	$(BIN)/eomgen bench table1
 	$(BIN)/eomgen bench speed
+	$(BIN)/eomgen bench pareto
 
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

@@ -13,7 +13,7 @@ import pytest
 
 import eomgen
 from bench.cases import CASES, line, random_state, tree
-from eomgen import certify, functions, pipeline
+from eomgen import certify, functions, hard, pipeline
 from eomgen.cli import main
 from eomgen.errors import OptionError, UnsupportedError
 from eomgen.scene import Scene
@@ -117,7 +117,7 @@ def certified(scene: Scene, method: str, **options: Any) -> dict[tuple[str, str]
     names = functions.select(equations, None)
     module = pipeline.compile(equations, functions=names, **options)
     found = {}
-    for state, drawn in certify.hard_states(scene).items():
+    for state, drawn in hard.hard_states(scene).items():
         values = {**drawn, "p": np.array(equations.symbols.p_values)}
         given = {node: values[slot.array].flat[slot.index] for node, slot in equations.symbols.slots.items()}
         for name in names:
@@ -159,12 +159,14 @@ def test_high_where_standard_fails() -> None:
 
 
 def test_fast_rounds_as_float() -> None:
-    """Within what rounding to 24 bits explains, wherever the angles are: they are reduced as doubles."""
+    """Within what rounding to 24 bits explains, wherever the angles are: their differences are reduced as doubles."""
     scene = CASES["rigid_3"]
     errors = certified(scene, "articulated", accuracy="fast")
     module = pipeline.compile(scene, functions=["mass_matrix"])
     for (state, name), error in errors.items():
-        condition = np.linalg.cond(module.mass_matrix(certify.hard_states(scene)[state]["q"], module.p))
+        if state == "angles of all sizes":  # no double holds their differences
+            continue
+        condition = np.linalg.cond(module.mass_matrix(hard.hard_states(scene)[state]["q"], module.p))
         assert error / EPS <= 8 * 3 + 2 * condition, (state, name)
 
 

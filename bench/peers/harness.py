@@ -116,6 +116,7 @@ def main(name, load, make, package=None, options=(), mechanisms=("rigid",)):
     parser.add_argument("--repeats", type=int, default=9)
     parser.add_argument("--mechanism", choices=mechanisms, default="rigid")
     parser.add_argument("--check", type=int, metavar="N", help="states checked in double precision (all)")
+    parser.add_argument("--sample", type=int, metavar="N", default=SAMPLE, help="of all, checked against 60 digits")
     parser.add_argument("--json", action="store_true", help="one line of JSON instead of a table")
     for flag, settings in options:
         parser.add_argument(flag, **settings)
@@ -152,7 +153,7 @@ def _measure(tool, make, args, folder):
     count = min(len(got), args.check or len(got))
     want = peer.want() if peer.want else mechanism.reference(q[:count], v[:count], u[:count], args.mechanism)
     error = mechanism.scaled_error(got[: len(want)], want)
-    exact_error = _error_of_sample(peer, case, got[: len(want)])
+    exact_error = _error_of_sample(peer, case, got[: len(want)] if peer.want else got)
     count = peer.states or args.batch
     times = np.array(timed(peer.batch, args.repeats)) / count * 1e9
     worst = np.maximum(error, exact_error or 0.0)
@@ -175,7 +176,7 @@ def _measure(tool, make, args, folder):
 
 def _error_of_sample(peer, case, got):
     """The scaled error of a few states against 60 digits; None where nothing has so many."""
-    rows = np.unique(np.linspace(0, len(got) - 1, SAMPLE).astype(int))
+    rows = np.unique(np.linspace(0, len(got) - 1, case.options.sample).astype(int))
     if peer.want and not peer.exact:
         return None
     try:
