@@ -46,7 +46,7 @@ def programs(equations: Equations, names: Sequence[str], looped: bool | None, so
     if looped and not walking:
         raise OptionError(f"loops over links need method 'articulated', not {equations.method!r}")
     check_size(equations.method, m)
-    repeats = m >= LOOPED_FROM and m >= LINKS_PER_RUN * len(loops.groups(equations.mechanism))
+    repeats = m >= LOOPED_FROM and m >= LINKS_PER_RUN * len(loops.groups(equations.mechanism).members)
     if looped or (looped is None and walking and repeats):
         if solver == "dense":
             raise OptionError("the dense solver cannot be written as loops; use solver 'articulated' or loops=False")

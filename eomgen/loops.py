@@ -1,13 +1,15 @@
-"""Programs with loops over links, for long chains: the walks of the articulated method, one loop per run of links.
+"""Programs with loops over links, for long chains and large trees: the walks of the articulated method.
 
-A run is a stretch of consecutive links of one kind. Its steps are built once, on stand-in symbols, and become a
-block with as many iterations as the run has links; what flows between links, and what one walk leaves for the
-next, lives in arrays indexed by link. The text does not grow with the number of links.
+Links are gathered in groups of one kind. The steps of a group are built once, on stand-in symbols, and become a
+block with as many iterations as the group has links; what flows between links, and what one walk leaves for the
+next, lives in arrays indexed by link. Where the links of a kind stand in a row, a group is such a run, and a walk is
+one loop after the other. Where they do not, a group has all links of a kind, and the loops of a walk take turns in
+the order of the links. So the text grows with the number of kinds, not with the number of links.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from operator import attrgetter
 
@@ -16,10 +18,11 @@ from eomgen.frontends.articulated import Flow, Ground, Results, Walk
 from eomgen.frontends.mechanism import LinkSymbols, Mechanism
 from eomgen.functions import FUNCTIONS, inputs
 from eomgen.ir.expr import Graph, Node, reachable
-from eomgen.ir.program import Array, Block, Place, Program, Store, needed, straight
+from eomgen.ir.program import Array, Block, Inner, Place, Program, Step, Store, needed, straight, take_turns
 
 SYMBOLS = ("angle", "rate", "acceleration", "torque", "length", "length_rate", "length_acceleration", "force")
-Outputs = dict[str, dict[int, int]]  # result name -> link -> index in the output
+RUNS_PER_KIND = 2  # with more, on average, a loop per kind whose iterations take turns is shorter than one per run
+Outputs = dict[str, tuple[str, dict[int, int]]]  # result name -> array, and link -> index in it
 
 
 @dataclass(frozen=True)
@@ -30,64 +33,91 @@ class Looped:
         walks: makes the walks.
         outputs: where the results of the links go.
         add: the results of all links are summed.
-        columns: the walks after the first run once per coordinate, with that unit acceleration, for a column each.
+        pairs: the elements of the mass matrix for pairs of links follow the walks.
     """
 
     walks: Callable[[Ground], list[Walk]]
     outputs: Callable[[Mechanism], Outputs]
     add: bool = False
-    columns: bool = False
+    pairs: bool = False
+
+
+def _links(mechanism: Mechanism, index: Callable[[int], int], array: str = "out") -> tuple[str, dict[int, int]]:
+    return array, {i: index(i) for i in range(len(mechanism.links))}
 
 
 def _coordinates(mechanism: Mechanism, angle: str = "angle") -> Outputs:
-    m = len(mechanism.links)
-    return {angle: {i: i for i in range(m)}, "length": {i: m + k for k, i in enumerate(mechanism.scene.free)}}
+    lengths = {i: len(mechanism.links) + k for k, i in enumerate(mechanism.scene.free)}
+    return {angle: _links(mechanism, lambda i: i), "length": ("out", lengths)}
 
 
 def _prescribed(mechanism: Mechanism) -> Outputs:
-    return {"length": {i: k for k, i in enumerate(mechanism.scene.prescribed)}}
+    return {"length": ("out", {i: k for k, i in enumerate(mechanism.scene.prescribed)})}
 
 
-def _each(mechanism: Mechanism, index: Callable[[int], int]) -> dict[int, int]:
-    return {i: index(i) for i in range(len(mechanism.links))}
+def _matrix(mechanism: Mechanism) -> Outputs:
+    n = len(mechanism.symbols.q)
+    found: Outputs = {}
+    for name, (_, indices) in _coordinates(mechanism).items():
+        found[name] = "out", {i: (n + 1) * index for i, index in indices.items()}
+        found |= {f"{vector.replace('_', ' ')} of {name}": (vector, indices) for vector in VECTORS}
+    return found
 
 
+VECTORS = ("end_x", "end_y", "force_x", "force_y")
 LOOPED: dict[str, Looped] = {
     "forward_dynamics": Looped(articulated.forward_dynamics, _coordinates),
     "inverse_dynamics": Looped(articulated.newton_euler, lambda mechanism: _coordinates(mechanism, "torque")),
-    "mass_matrix": Looped(articulated.unit_accelerations, _coordinates, columns=True),
+    "mass_matrix": Looped(articulated.composite_bodies, _matrix, pairs=True),
     "bias": Looped(articulated.no_accelerations, _coordinates),
     "energy": Looped(
         articulated.energy,
-        lambda mechanism: {"kinetic": _each(mechanism, lambda i: 0), "potential": _each(mechanism, lambda i: 1)},
+        lambda mechanism: {
+            "kinetic": _links(mechanism, lambda i: 0, "sum"),
+            "potential": _links(mechanism, lambda i: 1, "sum"),
+        },
         add=True,
     ),
     "prescribed_forces": Looped(articulated.newton_euler, _prescribed),
     "joints": Looped(
         articulated.joints,
-        lambda mechanism: {"x": _each(mechanism, lambda i: 2 * i), "y": _each(mechanism, lambda i: 2 * i + 1)},
+        lambda mechanism: {"x": _links(mechanism, lambda i: 2 * i), "y": _links(mechanism, lambda i: 2 * i + 1)},
     ),
 }
 
 
-def groups(mechanism: Mechanism) -> list[list[int]]:
-    """The links in runs: consecutive ones whose steps are the same."""
-    scene = mechanism.scene
+@dataclass(frozen=True)
+class Groups:
+    """The links in groups whose steps are the same.
 
-    def kind(i: int) -> tuple[object, ...]:
-        link, parent = scene.links[i], scene.parents[i]
+    Attributes:
+        members: the links of every group, in order.
+        merged: whether the groups hold all links of a kind, and not runs of neighbours.
+    """
+
+    members: list[list[int]]
+    merged: bool
+
+
+def groups(mechanism: Mechanism) -> Groups:
+    """The links in runs where there are few of them, otherwise by kind."""
+    scene = mechanism.scene
+    kinds: dict[tuple[object, ...], list[int]] = {}
+    runs: list[list[int]] = []
+    last: tuple[object, ...] = ()
+    for i, (link, parent) in enumerate(zip(scene.links, scene.parents, strict=True)):
         numbers = tuple(value for _, _, value in link.parameters) if mechanism.fold else ()
         names = tuple(short for short, _, _ in link.parameters)
-        shared = parent >= 0 and len(scene.children[parent]) > 1
-        return (link.model, link.mode, link.hangs, names, numbers, parent < 0, shared, not scene.children[i])
-
-    found: list[list[int]] = []
-    for i in range(len(scene.links)):
-        if found and kind(found[-1][0]) == kind(i):
-            found[-1].append(i)
+        kind = (link.model, link.mode, link.hangs, names, numbers, parent < 0, not scene.children[i])
+        kinds.setdefault(kind, []).append(i)
+        here = (*kind, parent >= 0 and len(scene.children[parent]) > 1)
+        if here == last:
+            runs[-1].append(i)
         else:
-            found.append([i])
-    return found
+            runs.append([i])
+        last = here
+    merged = len(runs) > RUNS_PER_KIND * len(kinds)
+    return Groups(list(kinds.values()) if merged else runs, merged)
 
 
 def program(mechanism: Mechanism, name: str) -> Program:
@@ -110,7 +140,7 @@ class _Parent:
 
 
 class _Run:
-    """Consecutive links of one kind.
+    """Links of one kind.
 
     Attributes:
         members: the links.
@@ -174,7 +204,9 @@ class _Builder:
             gravity = self.graph.symbol("gravity")
             self.shared[gravity] = ("p", len(mechanism.symbols.p) - 1)
         self.ground = _Ground(self.graph, gravity)
-        self.runs = [_Run(mechanism, members, self.graph) for members in groups(mechanism)]
+        found = groups(mechanism)
+        self.merged = found.merged
+        self.runs = [_Run(mechanism, members, self.graph) for members in found.members]
         self.run_of = {i: run for run in self.runs for i in run.members}
         self.flowing: set[tuple[int, _Run, int]] = set()  # (walk, run, quantity) that can be other than zero
         self.scratch: dict[str, Array] = {}
@@ -184,35 +216,71 @@ class _Builder:
         """The program."""
         n, k, m = len(self.mechanism.symbols.q), len(self.mechanism.symbols.w), len(self.mechanism.links)
         outputs = self.looped.outputs(self.mechanism)
-        target = "column" if self.looped.columns else "sum" if self.looped.add else "out"
-        if self.looped.add:
-            self.scratch[target] = Array(target, (len(outputs),), "work")
-            self.blocks.append(_zeros([target], range(len(outputs)), self.graph))
-        first = 0
+        output = Array("out", self.function.shape(n, k, m), "output")
+        size = max(n, len(outputs))
+        self.scratch |= {name: Array(name, (size,), "work") for name, _ in outputs.values() if name != "out"}
+        if self.looped.add or self.looped.pairs:
+            name = "sum" if self.looped.add else "out"
+            self.blocks.append(_zeros([name], range(len(outputs) if self.looped.add else output.size), self.graph))
         walks, steps = self._steps()
+        starts: list[int] = []
         for w, walk in enumerate(walks):
             self._zero_sums(w, walk)
+            starts.append(len(self.blocks))
             for run, (flow, results) in zip(self._order(walk), steps[w], strict=True):
-                self._block(w, walk, run, flow, results, outputs, target)
-            if w == 0:
-                first = len(self.blocks)
+                self._block(w, walk, run, flow, results, outputs)
+        if self.looped.pairs:
+            self.blocks.append(self._pairs(n))
         if self.looped.add:
             sums = [self.graph.symbol(f"sum of {name}") for name in outputs]
-            loads = {node: Place(target, (i,)) for i, node in enumerate(sums)}
+            loads = {node: Place("sum", (i,)) for i, node in enumerate(sums)}
             self.blocks.append(straight("sums", loads, [("out", i, node) for i, node in enumerate(sums)]))
-        if self.looped.columns:
-            self.scratch["a"] = Array("a", (n,), "work")
-            self.scratch[target] = Array(target, (n,), "work")
-        blocks = tuple(needed(block) for block in self.blocks if block.stores)
-        first = sum(1 for block in self.blocks[:first] if block.stores)
         return Program(
             name=self.name,
             doc=self.function.doc,
             inputs=inputs(self.mechanism.symbols, self.function),
-            output=Array("out", self.function.shape(n, k, m), "output"),
-            blocks=blocks[:first] if self.looped.columns else blocks,
-            columns=blocks[first:] if self.looped.columns else (),
+            output=output,
+            blocks=tuple(self._merged(walks, starts)),
             scratch=tuple(self.scratch.values()),
+        )
+
+    def _merged(self, walks: list[Walk], starts: list[int]) -> Iterator[Step]:
+        """The blocks with something to store, those of a walk merged where groups take turns."""
+        blocks = [needed(block) for block in self.blocks]
+        position = 0
+        for start, walk in zip(starts if self.merged else (), walks, strict=False):
+            yield from (block for block in blocks[position:start] if block.stores)
+            order = self._order(walk)
+            number = {i: k for k, run in enumerate(order) for i in run.members}
+            links = range(len(self.scene.links))
+            turns = [number[i] for i in (reversed(links) if walk.upward else links)]
+            position = start + len(order)
+            step = take_turns(f"all links, {_direction(walk)}", blocks[start:position], turns)
+            if step is not None:
+                yield step
+        yield from (block for block in blocks[position:] if block.stores)
+
+    def _pairs(self, n: int) -> Block:
+        """The elements of the mass matrix for every coordinate and those of the links above.
+
+        The coordinates above one are a list: the angle of the parent, its length, the angle of its own parent, ...
+        """
+        scene = self.scene
+        length = {i: len(scene.links) + k for k, i in enumerate(scene.free)}
+        links = [*range(len(scene.links)), *scene.free]
+        first = [scene.parents[i] for i in links]
+        following = [length.get(i, first[i]) for i in range(len(scene.links))] + first[len(scene.links) :]
+        zeros, every = (0,) * n, range(n)
+        loads: dict[Node, Place] = {}
+        for name in VECTORS:
+            above = name.startswith("end")
+            loads[self.graph.symbol(name)] = Place(name, zeros, every) if above else Place(name, every)
+        x, y, force_x, force_y = loads
+        element = x * force_x + y * force_y
+        rows = range(0, n * n, n)
+        places = Place("out", every, rows), Place("out", rows, every)
+        return Block(
+            "pairs of links", loads, tuple(Store(place, element) for place in places), n, Inner(first, following)
         )
 
     def _order(self, walk: Walk) -> list[_Run]:
@@ -268,14 +336,18 @@ class _Builder:
 
     def _zero_sums(self, w: int, walk: Walk) -> None:
         """Sums over several children start at zero."""
-        several = [i for i, children in enumerate(self.scene.children) if len(children) > 1]
-        if walk.upward and several:
+        added = (self.scene.parents[i] for run in self.runs if self._adds(walk, run) for i in run.members)
+        several = sorted({parent for parent in added if parent >= 0})
+        if several:
             flowing = [k for k in range(len(walk.names)) if any((w, run, k) in self.flowing for run in self.runs)]
             self.blocks.append(_zeros([self._flow_array(w, walk, k) for k in flowing], several, self.graph))
 
-    def _block(
-        self, w: int, walk: Walk, run: _Run, flow: Flow, results: Results, outputs: Outputs, target: str
-    ) -> None:
+    def _adds(self, walk: Walk, run: _Run) -> bool:
+        """Whether what flows out of a run is added to what comes from other children."""
+        children, parents = self.scene.children, self.scene.parents
+        return walk.upward and any(len(children[parents[i]]) > 1 for i in run.members if parents[i] >= 0)
+
+    def _block(self, w: int, walk: Walk, run: _Run, flow: Flow, results: Results, outputs: Outputs) -> None:
         """Appends the block of one run in one walk."""
         visit = run.members[::-1] if walk.upward else run.members
         parents = [self.scene.parents[i] for i in visit]
@@ -286,23 +358,23 @@ class _Builder:
         loads = {node: Place(array, tuple(table[i] for i in visit)) for node, (array, table) in run.tables.items()}
         loads |= {node: Place(array, (index,) * len(visit)) for node, (array, index) in self.shared.items()}
         stores: list[Store] = []
-        reached = self._targets(walk, run)
+        reached, add = self._targets(walk, run), self._adds(walk, run)
         for k, node in enumerate(flow):
             if any((w, other, k) in self.flowing for other in reached):
-                add = walk.upward and any(len(self.scene.children[parent]) > 1 for parent in parents)
                 if not (add and node is self.graph.zero):
                     place = Place(self._flow_array(w, walk, k), tuple(parents if walk.upward else visit))
                     stores.append(Store(place, node, add))
         for name, node in results.items():
-            if visit[0] in outputs.get(name, {}):
-                place = Place(target, tuple(outputs[name][i] for i in visit))
+            target, indices = outputs.get(name, ("", {}))
+            if visit[0] in indices:
+                place = Place(target, tuple(indices[i] for i in visit))
                 stores.append(Store(place, node, self.looped.add))
         loads |= self._kept(run, [store.node for store in stores], loads, visit)
         wanted = [*(store.node for store in stores), *results.values()]
         for node in reachable(wanted, loads):
             if node.args and node not in loads:
                 run.computed.setdefault(node, len(self.blocks))
-        title = f"{self._title(run)}, {'tips to root' if walk.upward else 'root to tips'}"
+        title = f"{self._title(run)}, {_direction(walk)}"
         self.blocks.append(Block(title, loads, tuple(stores), len(visit)))
 
     def _kept(self, run: _Run, wanted: list[Node], loads: Mapping[Node, Place], visit: list[int]) -> dict[Node, Place]:
@@ -328,11 +400,17 @@ class _Builder:
 
     def _title(self, run: _Run) -> str:
         first, last = (self.scene.links[run.members[position]].name for position in (0, -1))
+        if self.merged and len(run.members) > 1:
+            return f"{first} and {len(run.members) - 1} more of its kind"
         return first if first == last else f"{first} to {last}"
 
 
+def _direction(walk: Walk) -> str:
+    return "tips to root" if walk.upward else "root to tips"
+
+
 def _zeros(arrays: list[str], indices: Sequence[int], graph: Graph) -> Block:
-    stores = tuple(Store(Place(array, tuple(indices)), graph.zero) for array in arrays)
+    stores = tuple(Store(Place(array, indices), graph.zero) for array in arrays)
     return Block("sums start at zero", {}, stores, len(indices))
 
 

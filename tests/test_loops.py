@@ -23,7 +23,7 @@ from eomgen.functions import FUNCTIONS
 from eomgen.ir.count import program_operations
 from eomgen.ir.equations import Equations
 from eomgen.ir.interpret import PrimeField, run
-from eomgen.ir.program import Program
+from eomgen.ir.program import Program, Turns, parts
 from eomgen.ir.text import dump
 from eomgen.scene import LINK_TYPES, Scene
 from tests.conftest import Compiled
@@ -43,7 +43,7 @@ def articulated(scene: Scene, fold: bool = False) -> ArticulatedEquations:
 
 def repeats(program: Program) -> bool:
     """Whether a program has a loop."""
-    return any(block.count > 1 for block in (*program.constants, *program.blocks, *program.columns))
+    return any(block.looped for block in parts((*program.constants, *program.blocks)))
 
 
 # Equal to straight-line code

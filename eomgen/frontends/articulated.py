@@ -358,18 +358,37 @@ def no_accelerations(ground: Ground) -> list[Walk]:
     return inverse_dynamics(ground, accelerated=False)
 
 
-def unit_accelerations(ground: Ground) -> list[Walk]:
-    """Inverse dynamics of accelerations alone, for columns of the mass matrix; the first walk has what all share."""
+def composite_bodies(ground: Ground) -> list[Walk]:
+    """The walk that gives the diagonal of the mass matrix, and two vectors for every coordinate.
 
-    def prepare(link: LinkSymbols, _: Flow) -> tuple[Flow, Results]:
-        k = link.moments
-        c, s = link.graph.cos(link.turn), link.graph.sin(link.turn)
-        return (), {"cos": c, "sin": s, "S": k.S, "T": k.T, "S1": k.S1, "S2": k.S2, "L": link.L}
+    The element of a coordinate x and of a coordinate y of a link above is the product of the motion of that link's
+    end for a unit of y ("end of ...") and the force at the joint for a unit of ẍ ("force of ..."): what hangs below
+    a far end moves with it as one mass, whatever its shape, as angles are absolute (composite bodies; Featherstone
+    2008, section 6.2).
+    """
 
-    return [
-        Walk(False, (), (), prepare),
-        *inverse_dynamics(ground, accelerated=True, weight=False, moving=False, springs=False),
-    ]
+    def lift(link: LinkSymbols, below: Flow) -> tuple[Flow, Results]:
+        (hung,), k = below, link.moments
+        c, s = link.cos, link.sin
+        turn, slide = k.S + hung * link.L, k.S1 + hung * link.L1
+        results = {
+            "angle": k.T + hung * link.L * link.L,
+            "end x of angle": -(link.L * s),
+            "end y of angle": link.L * c,
+            "force x of angle": -(turn * s),
+            "force y of angle": turn * c,
+        }
+        if link.free:
+            results |= {
+                "length": k.S2 + hung * link.L1 * link.L1,
+                "end x of length": link.L1 * c,
+                "end y of length": link.L1 * s,
+                "force x of length": slide * c,
+                "force y of length": slide * s,
+            }
+        return (k.m + hung,), results
+
+    return [Walk(True, ("hung_mass",), (), lift)]
 
 
 def energy(ground: Ground) -> list[Walk]:

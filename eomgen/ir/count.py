@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable
 
 from eomgen.ir.expr import LEAVES, Node, reachable
-from eomgen.ir.program import Block, Program
+from eomgen.ir.program import Program, Step, parts
 
 
 def operations(outputs: Iterable[Node]) -> Counter[str]:
@@ -14,20 +14,18 @@ def operations(outputs: Iterable[Node]) -> Counter[str]:
     return Counter(node.op for node in reachable(outputs) if node.op not in LEAVES and node.op != "neg")
 
 
-def block_operations(blocks: Iterable[Block]) -> Counter[str]:
+def block_operations(steps: Iterable[Step]) -> Counter[str]:
     """Operations by kind over all iterations of some blocks."""
     total: Counter[str] = Counter()
-    for block in blocks:
+    for block in parts(steps):
+        times = block.times()
         for node in block.nodes():
             if node not in block.loads and node.op not in LEAVES and node.op != "neg":
-                total[node.op] += block.count
-        total["add"] += block.count * sum(store.add for store in block.stores)
+                total[node.op] += times
+        total["add"] += times * sum(store.add for store in block.stores)
     return +total
 
 
 def program_operations(program: Program) -> dict[str, Counter[str]]:
     """Operations per state ("state") and per set of parameters ("parameters")."""
-    state = block_operations(program.blocks)
-    for kind, count in block_operations(program.columns).items():
-        state[kind] += count * program.output.shape[0]
-    return {"state": state, "parameters": block_operations(program.constants)}
+    return {"state": block_operations(program.blocks), "parameters": block_operations(program.constants)}

@@ -80,35 +80,32 @@ def run(program: Program, inputs: Mapping[str, Sequence[Any]], arithmetic: Arith
         arrays[array.name] = [None] * array.size
     names = {array.name: array.symbols for array in program.inputs}
 
-    def sweep(blocks: Sequence[Block]) -> None:
-        for block in blocks:
-            for k in range(block.count):
-                _run_once(block, k, arrays, names, arithmetic)
-
-    sweep((*program.constants, *program.blocks))
-    n = program.output.shape[0] if program.columns else 0
-    for j in range(n):
-        arrays["a"] = [arithmetic.constant(int(i == j)) for i in range(n)]
-        sweep(program.columns)
-        arrays["out"][j::n] = arrays["column"]
+    for step in (*program.constants, *program.blocks):
+        for block, k, i in step.iterations():
+            _run_once(block, k, i, arrays, names, arithmetic)
     return arrays[program.output.name]
 
 
 def _run_once(
-    block: Block, k: int, arrays: dict[str, list[Any]], names: Mapping[str, tuple[str, ...]], arithmetic: Arithmetic
+    block: Block,
+    k: int,
+    i: int,
+    arrays: dict[str, list[Any]],
+    names: Mapping[str, tuple[str, ...]],
+    arithmetic: Arithmetic,
 ) -> None:
-    """Iteration k of a block."""
+    """Iteration k of a block, i of its inner loop."""
 
     def label(node: Node) -> str:
         if node not in block.loads:  # behind a value that another block computed
             return node.name
         place = block.loads[node]
-        return names[place.array][place.indices[k]]
+        return names[place.array][place.index(k, i)]
 
-    given = {node: arrays[place.array][place.indices[k]] for node, place in block.loads.items()}
+    given = {node: arrays[place.array][place.index(k, i)] for node, place in block.loads.items()}
     values = evaluate([store.node for store in block.stores], given, arithmetic, label)
     for store, value in zip(block.stores, values, strict=True):
-        array, index = arrays[store.place.array], store.place.indices[k]
+        array, index = arrays[store.place.array], store.place.index(k, i)
         array[index] = arithmetic.apply("add", array[index], value) if store.add else value
 
 

@@ -2,15 +2,16 @@
 
 A `Program` computes one function. It is a list of blocks; a block evaluates its expressions and stores them.
 A block of count 1 is straight-line code; a larger count is a loop, in which element k of every index list
-belongs to iteration k. Blocks at the rate of the parameters come first, in a list of their own: they need p
-only, and leave what the others need of it in the array `c`.
+belongs to iteration k. Loops can be merged into one whose iterations take turns. Blocks at the rate of the
+parameters come first, in a list of their own: they need p only, and leave what the others need of it in the
+array `c`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from eomgen.ir.expr import Node, reachable
@@ -49,10 +50,21 @@ class Array:
 
 @dataclass(frozen=True)
 class Place:
-    """An element of an array for every iteration of a block."""
+    """An element of an array for every iteration of a block.
+
+    Attributes:
+        array: the array.
+        indices: the index by iteration.
+        inner: what the iteration of the block's inner loop adds to it, by the value of its variable.
+    """
 
     array: str
-    indices: tuple[int, ...]
+    indices: Sequence[int]
+    inner: Sequence[int] = ()
+
+    def index(self, k: int, i: int = 0) -> int:
+        """The index in iteration k, in iteration i of the inner loop."""
+        return self.indices[k] + self.inner[i] if self.inner else self.indices[k]
 
 
 @dataclass(frozen=True)
@@ -65,6 +77,24 @@ class Store:
 
 
 @dataclass(frozen=True)
+class Inner:
+    """A loop inside a loop, along a list: its variable is first[k], then following[it], until that is negative."""
+
+    first: Sequence[int]
+    following: Sequence[int]
+
+    def values(self, k: int) -> Iterator[int]:
+        """The values of the variable in iteration k of the outer loop."""
+        i = self.first[k]
+        while i >= 0:
+            yield i
+            i = self.following[i]
+
+
+Iteration = tuple["Block", int, int]
+
+
+@dataclass(frozen=True)
 class Block:
     """Expressions evaluated together.
 
@@ -73,16 +103,62 @@ class Block:
         loads: where the values of nodes come from that this block does not compute.
         stores: what it leaves behind, in order.
         count: the number of iterations.
+        inner: a loop inside every iteration.
     """
 
     title: str
     loads: dict[Node, Place]
     stores: tuple[Store, ...]
     count: int = 1
+    inner: Inner | None = None
+
+    @property
+    def parts(self) -> tuple[Block, ...]:
+        return (self,)
+
+    @property
+    def looped(self) -> bool:
+        """Whether it is a loop."""
+        return self.count > 1 or self.inner is not None
+
+    def iterations(self) -> Iterator[Iteration]:
+        """Every execution in order: the block, the iteration and the variable of the inner loop."""
+        for k in range(self.count):
+            for i in (0,) if self.inner is None else self.inner.values(k):
+                yield self, k, i
+
+    def times(self) -> int:
+        """The number of executions."""
+        return self.count if self.inner is None else sum(1 for _ in self.iterations())
 
     def nodes(self) -> list[Node]:
         """Everything the block evaluates or loads, operands first."""
         return reachable((store.node for store in self.stores), self.loads)
+
+
+@dataclass(frozen=True)
+class Turns:
+    """Loops merged into one.
+
+    Attributes:
+        title: what is computed, for comments.
+        parts: the loops.
+        order: for every iteration of the whole the number of the loop whose next iteration it is.
+    """
+
+    title: str
+    parts: tuple[Block, ...]
+    order: tuple[int, ...]
+
+    def iterations(self) -> Iterator[Iteration]:
+        """Every execution in order, as of a block."""
+        done = [0] * len(self.parts)
+        for turn in self.order:
+            yield self.parts[turn], done[turn], 0
+            done[turn] += 1
+
+
+Step = Block | Turns
 
 
 @dataclass(frozen=True)
@@ -96,8 +172,6 @@ class Program:
         output: the output array.
         blocks: at the rate of states, in order.
         constants: blocks at the rate of the parameters, run before the others.
-        columns: blocks that run after the others once per row of a square output: the array `a` is a unit vector,
-            the array `column` they fill becomes the column of that number.
         scratch: the arrays of the roles `constants` and `work`.
         form: how it is computed where there is a choice, for people.
     """
@@ -106,9 +180,8 @@ class Program:
     doc: str
     inputs: tuple[Array, ...]
     output: Array
-    blocks: tuple[Block, ...]
-    constants: tuple[Block, ...] = ()
-    columns: tuple[Block, ...] = ()
+    blocks: tuple[Step, ...]
+    constants: tuple[Step, ...] = ()
     scratch: tuple[Array, ...] = field(default=())
     form: str = ""
 
@@ -142,7 +215,21 @@ def needed(block: Block) -> Block:
     """The block without the loads that nothing in it uses."""
     used = block.nodes()
     loads = {node: block.loads[node] for node in used if node in block.loads}
-    return Block(block.title, loads, block.stores, block.count)
+    return replace(block, loads=loads)
+
+
+def parts(steps: Iterable[Step]) -> Iterator[Block]:
+    """The blocks of some steps, those that take turns one by one."""
+    return (block for step in steps for block in step.parts)
+
+
+def take_turns(title: str, blocks: Sequence[Block], order: Sequence[int]) -> Step | None:
+    """The blocks with something to store, merged if they are several; None if there are none."""
+    kept = [number for number, block in enumerate(blocks) if block.stores]
+    if len(kept) < 2:
+        return blocks[kept[0]] if kept else None
+    place = {number: position for position, number in enumerate(kept)}
+    return Turns(title, tuple(blocks[number] for number in kept), tuple(place[n] for n in order if n in place))
 
 
 def flatten(rows: Sequence[Sequence[Node]]) -> tuple[Node, ...]:

@@ -6,13 +6,13 @@ A back end's printer needs only rules for single operations; this file decides w
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Protocol
 
 from eomgen.ir.expr import Node
-from eomgen.ir.program import Block
+from eomgen.ir.program import Block, Place
 from eomgen.ir.schedule import order
 
 NAMED = ("pivot_inverse", "sqrt", "exp", "log")
@@ -131,20 +131,70 @@ def infix(node: Node, args: list[Text]) -> Text:
     raise AssertionError(f"no rule for {node.op}")
 
 
-def arithmetic(indices: tuple[int, ...]) -> str | None:
-    """The text of an index in the loop variable k, None if the indices have no common stride."""
-    strides = {b - a for a, b in itertools.pairwise(indices)}
-    return affine(indices[0], strides.pop()) if len(strides) == 1 else None
+class Indices:
+    """Texts of the indices of a block: numbers in straight-line code, expressions in the loop variable k in a loop.
+
+    Indices without a common stride stand in tables. Where two differ by a constant, they share one.
+
+    Args:
+        block: the block.
+        suffix: ends the names of the tables.
+
+    Attributes:
+        tables: the tables and their names.
+    """
+
+    def __init__(self, block: Block, suffix: str = "") -> None:
+        self.block = block
+        self.suffix = suffix
+        self.tables: dict[tuple[int, ...], str] = {}
+        self._shapes: dict[tuple[int, ...], tuple[str, int]] = {}
+
+    def of(self, node: Node) -> str:
+        """The index at which a loaded node is found."""
+        return self.at(self.block.loads[node])
+
+    def at(self, place: Place) -> str:
+        """The index of a place."""
+        if not self.block.looped:
+            return str(place.index(0))
+        outer = self.text(place.indices, "k")
+        return f"{outer} + {self.text(place.inner, 'i')}" if place.inner else outer
+
+    def text(self, indices: Sequence[int], variable: str) -> str:
+        """The text of an index in a loop variable."""
+        found = arithmetic(indices, variable)
+        if found is None:
+            first, values = indices[0], tuple(indices)
+            shape = tuple(index - first for index in values)
+            if shape not in self._shapes:
+                self.tables[values] = f"at{len(self.tables)}{self.suffix}"
+                self._shapes[shape] = self.tables[values], first
+            name, start = self._shapes[shape]
+            found = _plus(f"{name}[{variable}]", first - start)
+        return found
 
 
-def affine(start: int, stride: int) -> str:
+def arithmetic(indices: Sequence[int], variable: str = "k") -> str | None:
+    """The text of an index in the loop variable, None if the indices have no common stride."""
+    if isinstance(indices, range):
+        return affine(indices.start, indices.step, variable)
+    strides = {b - a for a, b in itertools.pairwise(indices)} or {0}
+    return affine(indices[0], strides.pop(), variable) if len(strides) == 1 else None
+
+
+def affine(start: int, stride: int, variable: str = "k") -> str:
     """start + stride k, written as a person would."""
     if stride == 0:
         return str(start)
-    term = "k" if abs(stride) == 1 else f"{abs(stride)} * k"
+    term = variable if abs(stride) == 1 else f"{abs(stride)} * {variable}"
     if stride > 0:
-        return f"{start} + {term}" if start else term
+        return _plus(term, start) if start < 0 else f"{start} + {term}" if start else term
     return f"{start} - {term}"
+
+
+def _plus(term: str, number: int) -> str:
+    return f"{term} {'-' if number < 0 else '+'} {abs(number)}" if number else term
 
 
 def decimal(value: int | Fraction) -> str:

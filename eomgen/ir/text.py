@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from eomgen.ir.expr import Node
-from eomgen.ir.program import Place, Program
+from eomgen.ir.program import Block, Place, Program, Turns
 from eomgen.ir.statements import Text, arithmetic, infix, statements
 
 
@@ -39,28 +41,37 @@ class PlainPrinter:
 def dump(program: Program) -> str:
     """A program as text: a line per statement, results last in each block.
 
-    A loaded symbol stands under its own name, another value as array[index]; in a loop k is the iteration.
+    A loaded symbol stands under its own name, another value as array[index]; in a loop k is the iteration, i that of
+    a loop inside. Loops that take turns stand below their common title.
     """
     inputs = {array.name for array in program.inputs}
     lines = [f"{program.name} {program.signature}: {program.doc}"]
-
-    def place_text(place: Place, looped: bool) -> str:
-        if not looped:
-            return f"{place.array}[{place.indices[0]}]"
-        return f"{place.array}[{arithmetic(place.indices) or 'table of k'}]"
-
-    for block in (*program.constants, *program.blocks):
-        looped = block.count > 1
-
-        def name(node: Node, looped: bool = looped, loads: dict[Node, Place] = block.loads) -> str:
-            place = loads[node]
-            return node.name if not looped and place.array in inputs and node.name else place_text(place, looped)
-
-        found, texts = statements(block, PlainPrinter(), name)
-        lines.append(f"  {block.title}" + (f", k = 0..{block.count - 1}" if looped else ""))
-        lines += [f"    {line}" for line in found]
-        lines += [
-            f"    {place_text(store.place, looped)} {'+=' if store.add else '='} {texts[store.node].text}"
-            for store in block.stores
-        ]
+    for step in (*program.constants, *program.blocks):
+        if isinstance(step, Turns):
+            lines.append(f"  {step.title}, {len(step.parts)} loops in turns")
+        lines += [line for block in step.parts for line in _block(block, inputs)]
     return "\n".join(lines)
+
+
+def _block(block: Block, inputs: set[str]) -> list[str]:
+    def index(indices: Sequence[int], variable: str) -> str:
+        return arithmetic(indices, variable) or f"table of {variable}"
+
+    def place_text(place: Place) -> str:
+        if not block.looped:
+            return f"{place.array}[{place.indices[0]}]"
+        inner = f" + {index(place.inner, 'i')}" if place.inner else ""
+        return f"{place.array}[{index(place.indices, 'k')}{inner}]"
+
+    def name(node: Node) -> str:
+        place = block.loads[node]
+        return node.name if not block.looped and place.array in inputs and node.name else place_text(place)
+
+    found, texts = statements(block, PlainPrinter(), name)
+    title = f"  {block.title}" + (f", k = 0..{block.count - 1}" if block.looped else "")
+    if block.inner:
+        title += f", i = {index(block.inner.first, 'k')}, then {index(block.inner.following, 'i')}"
+    stores = [
+        f"    {place_text(store.place)} {'+=' if store.add else '='} {texts[store.node].text}" for store in block.stores
+    ]
+    return [title, *(f"    {line}" for line in found), *stores]

@@ -5,8 +5,10 @@ A violation is a mistake of eomgen, never of a user, so it raises AssertionError
 
 from __future__ import annotations
 
+from collections import Counter
+
 from eomgen.ir.expr import BINARY, LEAVES, UNARY, Node
-from eomgen.ir.program import Block, Program, Store
+from eomgen.ir.program import Block, Program, Step, Store, Turns
 
 
 def verify(program: Program, after: str = "") -> None:
@@ -18,7 +20,7 @@ def verify(program: Program, after: str = "") -> None:
 
     Raises:
         AssertionError: an operation is unknown, a symbol is not loaded, a graph is mixed with another, an index
-            is out of its array, an element is read before it is written or written twice, an input is written,
+            is out of its array, an element is read before it is written or written twice (but for a zero that is replaced), an input is written,
             constants depend on more than p, or an output element is missing.
     """
     try:
@@ -35,22 +37,33 @@ class _Check:
         assert len(set(names)) == len(names), f"array names {names} are not unique"
         self.written = {array.name: set(range(array.size)) for array in program.inputs}
         self.written |= {array.name: set() for array in (program.output, *program.scratch)}
+        self.zero: dict[str, set[int]] = {name: set() for name in self.written}
 
     def run(self) -> None:
-        for block in self.program.constants:
-            self._block(block, reads=("input p", "constants"), writes="constants")
-        for block in self.program.blocks:
-            self._block(block, reads=("input", "constants", "work", "output"), writes="output work")
-        if self.program.columns:
-            n = self.program.output.shape[0]
-            assert self.program.output.shape == (n, n), "columns need a square output"
-            self.written["a"] = set(range(n))
-            for block in self.program.columns:
-                self._block(block, reads=("input", "constants", "work"), writes="work")
-            assert self.written["column"] == set(range(n)), "a column is not filled"
-            self.written[self.program.output.name] = set(range(n * n))
+        for step in self.program.constants:
+            self._step(step, reads=("input p", "constants"), writes="constants")
+        for step in self.program.blocks:
+            self._step(step, reads=("input", "constants", "work", "output"), writes="output work")
         missing = self.program.output.size - len(self.written[self.program.output.name])
         assert not missing, f"{missing} elements of {self.program.output.name} are never stored"
+
+    def _step(self, step: Step, reads: tuple[str, ...], writes: str) -> None:
+        for block in step.parts:
+            self._block(block, reads, writes)
+        if isinstance(step, Turns):
+            turns = Counter(step.order)
+            counts = {number: block.count for number, block in enumerate(step.parts)}
+            assert turns == counts, f"{step.title!r}: the turns {dict(turns)} are not the iterations {counts}"
+            assert not any(block.inner for block in step.parts), f"{step.title!r}: a loop inside takes no turns"
+        for block, k, i in step.iterations():
+            read = {(place.array, place.index(k, i)) for place in block.loads.values()}
+            for array, index in read:
+                assert index in self.written[array], f"block {block.title!r} reads {array}[{index}], which has no value"
+            for store in block.stores:
+                array, index = store.place.array, store.place.index(k, i)
+                at_once = f"block {block.title!r} reads and writes {array}[{index}] at once"
+                assert (array, index) not in read, at_once
+                self._store(store, index)
 
     def _block(self, block: Block, reads: tuple[str, ...], writes: str) -> None:
         owner = {node.graph for node in block.nodes()}
@@ -61,20 +74,13 @@ class _Check:
         for place in (*block.loads.values(), *(store.place for store in block.stores)):
             assert place.array in self.arrays, f"block {block.title!r} names the unknown array {place.array!r}"
             assert len(place.indices) == block.count, f"{len(place.indices)} indices of {place.array} for {block.count}"
+            assert not place.inner or block.inner, f"block {block.title!r} has no loop inside for {place.array}"
         for place in block.loads.values():
             role = self.arrays[place.array].role
             allowed = role in reads or f"{role} {place.array}" in reads
             assert allowed, f"block {block.title!r} may not read {place.array}"
-        for k in range(block.count):
-            for place in block.loads.values():
-                known = place.indices[k] in self.written[place.array]
-                assert known, f"block {block.title!r} reads {place.array}[{place.indices[k]}], which has no value"
-            read = {(place.array, place.indices[k]) for place in block.loads.values()}
-            for store in block.stores:
-                assert (store.place.array, store.place.indices[k]) not in read, (
-                    f"block {block.title!r} reads and writes {store.place.array}[{store.place.indices[k]}] at once"
-                )
-                self._store(store, k, writes)
+        for store in block.stores:
+            assert self.arrays[store.place.array].role in writes.split(), f"{store.place.array} may not be written here"
 
     def _node(self, node: Node, block: Block) -> None:
         count = {**dict.fromkeys(UNARY, 1), **dict.fromkeys(BINARY, 2), **dict.fromkeys(LEAVES, 0)}
@@ -82,13 +88,18 @@ class _Check:
         assert len(node.args) == count[node.op], f"{node.op} with {len(node.args)} operands"
         assert node.op != "symbol", f"block {block.title!r} does not load the symbol {node.name!r}"
 
-    def _store(self, store: Store, k: int, writes: str) -> None:
-        name, index = store.place.array, store.place.indices[k]
-        array = self.arrays[name]
-        assert array.role in writes.split(), f"{name} may not be written here"
-        assert 0 <= index < array.size, f"{name}[{index}] is outside its {array.size} elements"
+    def _store(self, store: Store, index: int) -> None:
+        """A zero may be stored first and added to, or replaced once."""
+        name = store.place.array
+        written, zero = self.written[name], self.zero[name]
+        assert 0 <= index < self.arrays[name].size, f"{name}[{index}] is outside its {self.arrays[name].size} elements"
         if store.add:
-            assert index in self.written[name], f"{name}[{index}] is added to before it has a value"
+            assert index in written, f"{name}[{index}] is added to before it has a value"
+            zero.discard(index)
         else:
-            assert index not in self.written[name], f"{name}[{index}] is stored twice"
-            self.written[name].add(index)
+            assert index not in written or index in zero, f"{name}[{index}] is stored twice"
+            if store.node is store.node.graph.zero and index not in written:
+                zero.add(index)
+            else:
+                zero.discard(index)
+            written.add(index)

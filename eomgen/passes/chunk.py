@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from eomgen.ir.expr import Node
-from eomgen.ir.program import Array, Block, Place, Program, Store, needed
+from eomgen.ir.program import Array, Block, Place, Program, Step, Store, Turns, needed
 from eomgen.ir.schedule import order
 
 LIMIT = 400
@@ -23,12 +23,11 @@ def run(program: Program, limit: int = LIMIT) -> Program:
     return replace(program, constants=constants, blocks=blocks, scratch=tuple(scratch))
 
 
-def _pieces(blocks: tuple[Block, ...], array: str, role: str, scratch: list[Array], limit: int) -> tuple[Block, ...]:
-    pieces: list[Block] = []
+def _pieces(blocks: tuple[Step, ...], array: str, role: str, scratch: list[Array], limit: int) -> tuple[Step, ...]:
+    pieces: list[Step] = []
     size = 0
     for block in blocks:
-        nodes = order(block)
-        if block.count > 1 or len(nodes) <= limit * 3 // 2:
+        if isinstance(block, Turns) or block.looped or len(nodes := order(block)) <= limit * 3 // 2:
             pieces.append(block)
             continue
         count = -(-len(nodes) // limit)

@@ -10,46 +10,50 @@ from __future__ import annotations
 from dataclasses import replace
 
 from eomgen.ir.expr import LEAVES, Node
-from eomgen.ir.program import Array, Block, Place, Program, Store, needed
+from eomgen.ir.program import Array, Block, Place, Program, Step, Store, Turns, needed, parts, take_turns
 
 
 def run(program: Program) -> Program:
     """The program with its parameter-only values hoisted."""
     still_arrays = _still_arrays(program)
-    constants: list[Block] = []
+    constants: list[Step] = []
+    late: list[Step] = []
     size = 0
 
-    def split(block: Block) -> Block:
+    def split(block: Block) -> tuple[Block, Block]:
         nonlocal size
         still = _still(block, still_arrays)
         early = tuple(store for store in block.stores if store.place.array in still_arrays)
         late = tuple(store for store in block.stores if store.place.array not in still_arrays)
         places: dict[Node, Place] = {}
-        for node in _frontier(block, still, late):
+        for node in _frontier(block, still, late) if block.inner is None else ():
             places[node] = Place("c", tuple(range(size, size + block.count)))
             size += block.count
         early += tuple(Store(place, node) for node, place in places.items())
-        if early:
-            constants.append(needed(Block(f"constants of {block.title}", block.loads, early, block.count)))
-        return needed(replace(block, loads={**block.loads, **places}, stores=late))
+        moved = needed(replace(block, title=f"constants of {block.title}", stores=early))
+        return moved, needed(replace(block, loads={**block.loads, **places}, stores=late))
 
-    blocks = tuple(block for block in map(split, program.blocks) if block.stores)
-    columns = tuple(block for block in map(split, program.columns) if block.stores)
+    for step in program.blocks:
+        both = [split(block) for block in step.parts]
+        order = step.order if isinstance(step, Turns) else ()
+        for steps, title, found in zip(
+            (constants, late), (f"constants of {step.title}", step.title), zip(*both, strict=True), strict=True
+        ):
+            merged = take_turns(title, found, order)
+            if merged is not None:
+                steps.append(merged)
     scratch = [replace(a, role="constants") if a.name in still_arrays else a for a in program.scratch]
     if size:
         scratch.insert(0, Array("c", (size,), "constants"))
-    everything = (*program.constants, *constants)
-    return replace(program, blocks=blocks, columns=columns, constants=everything, scratch=tuple(scratch))
+    return replace(program, blocks=tuple(late), constants=(*program.constants, *constants), scratch=tuple(scratch))
 
 
 def _still_arrays(program: Program) -> set[str]:
     """The work arrays that receive nothing but what depends on p."""
     found = {array.name for array in program.scratch if array.role == "work"}
-    if program.columns:
-        found -= {"a", "column"}
     while True:
         moving: set[str] = set()
-        for block in (*program.blocks, *program.columns):
+        for block in parts(program.blocks):
             still = _still(block, found)
             moving |= {store.place.array for store in block.stores if store.node not in still}
         if not moving & found:

@@ -11,9 +11,8 @@ from eomgen.backends.c import template
 from eomgen.backends.c.arithmetic import ARITHMETIC, Arithmetic
 from eomgen.backends.c.printer import CPrinter, HighPrinter, Kind
 from eomgen.backends.package import init_source, legend, package_files, rollout_signature
-from eomgen.ir.expr import Node
-from eomgen.ir.program import Array, Block, Place, Program
-from eomgen.ir.statements import arithmetic, decimal, statements
+from eomgen.ir.program import Array, Block, Program, Step, Turns, parts
+from eomgen.ir.statements import Indices, decimal, statements
 from eomgen.model import Model
 
 WIDE_LIMIT = 2000  # expression nodes
@@ -72,36 +71,28 @@ def is_short(program: Program) -> bool:
     Then it carries two streams of states and has its sines inlined, which both cost compile time in proportion to
     the code.
     """
-    return program.name == "forward_dynamics" and sum(len(block.nodes()) for block in program.blocks) <= WIDE_LIMIT
+    return (
+        program.name == "forward_dynamics" and sum(len(block.nodes()) for block in parts(program.blocks)) <= WIDE_LIMIT
+    )
 
 
-def _routine(program: Program, name: str, blocks: tuple[Block, ...], arithmetic: Arithmetic, constants: bool) -> str:
+def _routine(program: Program, name: str, steps: tuple[Step, ...], arithmetic: Arithmetic, constants: bool) -> str:
     """One C function; several blocks become functions of their own that it calls in order."""
     frame = template.CONSTANTS_PARAMETERS if constants else template.PARAMETERS
     parameters = frame.format(value=arithmetic.value, still=arithmetic.still)
-    columns = () if constants else program.columns
     pointers = _pointers(program, arithmetic, constants)
     printer = arithmetic.printer(_kinds(program), is_short(program))
-    bodies = [_block(block, printer) for block in (*blocks, *columns)]
+    bodies = [_step(step, printer) for step in steps]
     if len(bodies) == 1:
         only = _indent([*_used(pointers, bodies[0]), *bodies[0]])
         return template.FUNCTION.format(name=name, parameters=parameters, body=only)
-    parts: list[str] = []
+    pieces: list[str] = []
     calls: list[str] = []
-    for position, (block, body) in enumerate(zip((*blocks, *columns), bodies, strict=True), 1):
-        lines = _indent([f"/* {block.title} */", *_used(pointers, body), *body])
-        parts.append(template.PART.format(name=f"{name}_{position}", parameters=parameters, body=lines))
+    for position, (step, body) in enumerate(zip(steps, bodies, strict=True), 1):
+        lines = _indent([f"/* {step.title} */", *_used(pointers, body), *body])
+        pieces.append(template.PART.format(name=f"{name}_{position}", parameters=parameters, body=lines))
         calls.append(f"EOM_NAME({name}_{position})({'p, c' if constants else 'in, p, c, out, work'});")
-    if columns:
-        n, calls, repeated = program.output.shape[0], calls[: len(blocks)], calls[len(blocks) :]
-        loop = template.COLUMNS.format(
-            n=n,
-            unit=printer.unit("a", "i", "i == j"),
-            calls=_indent(repeated),
-            result=printer.move("out", f"i * {n} + j", "column", "i"),
-        )
-        calls = [pointers["a"], pointers["column"], *calls, *loop.splitlines()]
-    return "\n".join([*parts, template.FUNCTION.format(name=name, parameters=parameters, body=_indent(calls))])
+    return "\n".join([*pieces, template.FUNCTION.format(name=name, parameters=parameters, body=_indent(calls))])
 
 
 def _kinds(program: Program) -> dict[str, Kind]:
@@ -134,42 +125,45 @@ def _used(pointers: dict[str, str], body: list[str]) -> list[str]:
     return [line for name, line in pointers.items() if re.search(rf"\b{name}\[", text)]
 
 
+def _step(step: Step, printer: CPrinter | HighPrinter) -> list[str]:
+    """The lines of a block, or of several that take turns, with the loop around them."""
+    if not isinstance(step, Turns):
+        return _block(step, printer)
+    cases: list[str] = []
+    for number, block in enumerate(step.parts):
+        tables, lines = _body(block, printer)
+        cases += [f"case {number}: {{ /* {block.title} */", *(f"    {line}" for line in (*tables, *lines)), "} break;"]
+    return [
+        f"static const short turns[] = {{{', '.join(map(str, step.order))}}};",
+        f"int done[{len(step.parts)}] = {{0}};",
+        f"for (int turn = 0; turn < {len(step.order)}; turn++) {{",
+        "    const int k = done[turns[turn]]++;",
+        "    switch (turns[turn]) {",
+        *(f"    {line}" for line in cases),
+        "    }",
+        "}",
+    ]
+
+
 def _block(block: Block, printer: CPrinter | HighPrinter) -> list[str]:
-    """The lines of a block: statements, then stores; a loop around them if it repeats."""
-    loop = _Loop(block)
-    lines, texts = statements(block, printer, loop.index_of)
+    """The lines of a block; a loop around them if it repeats."""
+    tables, lines = _body(block, printer)
+    if block.looped:
+        lines = [f"for (int k = 0; k < {block.count}; k++) {{", *(f"    {line}" for line in lines), "}"]
+    return [*tables, *lines]
+
+
+def _body(block: Block, printer: CPrinter | HighPrinter) -> tuple[list[str], list[str]]:
+    """The tables of indices of a block, and its lines for one iteration: statements, then stores."""
+    indices = Indices(block)
+    lines, texts = statements(block, printer, indices.of)
     for store in block.stores:
-        lines.append(printer.store(store.place.array, loop.index(store.place), texts[store.node], store.add))
-    return loop.around(lines)
-
-
-class _Loop:
-    """Indices of a block: numbers for straight-line code, expressions in the loop variable k for a loop."""
-
-    def __init__(self, block: Block) -> None:
-        self.block = block
-        self.tables: dict[tuple[int, ...], str] = {}
-
-    def index_of(self, node: Node) -> str:
-        return self.index(self.block.loads[node])
-
-    def index(self, place: Place) -> str:
-        indices = place.indices
-        if self.block.count == 1:
-            return str(indices[0])
-        text = arithmetic(indices)
-        if text is None:
-            text = self.tables.setdefault(indices, f"at{len(self.tables)}") + "[k]"
-        return text
-
-    def around(self, lines: list[str]) -> list[str]:
-        if self.block.count == 1:
-            return lines
-        tables = [
-            f"static const int {name}[] = {{{', '.join(map(str, indices))}}};" for indices, name in self.tables.items()
-        ]
-        body = [f"    {line}" for line in lines]
-        return [*tables, f"for (int k = 0; k < {self.block.count}; k++) {{", *body, "}"]
+        lines.append(printer.store(store.place.array, indices.at(store.place), texts[store.node], store.add))
+    if block.inner:
+        first, following = indices.text(block.inner.first, "k"), indices.text(block.inner.following, "i")
+        lines = [f"for (int i = {first}; i >= 0; i = {following}) {{", *(f"    {line}" for line in lines), "}"]
+    tables = [f"static const int {name}[] = {{{', '.join(map(str, at))}}};" for at, name in indices.tables.items()]
+    return tables, lines
 
 
 def table(model: Model) -> str:

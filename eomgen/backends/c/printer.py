@@ -86,14 +86,6 @@ class CPrinter:
         text = f"R({value.text})" if scalar else value.text
         return f"EACH {array}[{index}][h] {'+=' if add else '='} {text};"
 
-    def unit(self, array: str, index: str, condition: str) -> str:
-        """The statement that puts 1 or 0 into an array."""
-        return f"EACH {array}[{index}][h] = R((scalar)({condition}));"
-
-    def move(self, target: str, to: str, array: str, index: str) -> str:
-        """The statement that takes a result from an array."""
-        return f"EACH {target}[{to}][h] = {array}[{index}][h];"
-
 
 class FastPrinter(CPrinter):
     """Arithmetic in float for arguments in double.
@@ -147,12 +139,6 @@ class FastPrinter(CPrinter):
         if self.kinds[array] == "output":
             return f"WIDEN({array}[{index}], R({value.text}));"
         return f"{array}[{index}] {'+=' if add else '='} R({value.text});"
-
-    def unit(self, array: str, index: str, condition: str) -> str:
-        return f"{array}[{index}] = R((float)({condition}));"
-
-    def move(self, target: str, to: str, array: str, index: str) -> str:
-        return f"WIDEN({target}[{to}], {array}[{index}]);"
 
 
 class HighPrinter:
@@ -238,9 +224,3 @@ class HighPrinter:
             return f"{array}[{index}][0] = {value.text if value.text in self.doubles else f'{value.text}.hi'};"
         target = f"{array}[{index}]"
         return f"{target} = {self._call('ADD', target, value.text) if add else self._wide(value.text)};"
-
-    def unit(self, array: str, index: str, condition: str) -> str:
-        return f"{array}[{index}] = WIDE(SET({condition}));"
-
-    def move(self, target: str, to: str, array: str, index: str) -> str:
-        return f"{target}[{to}][0] = {array}[{index}].hi;"

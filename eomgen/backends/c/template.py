@@ -103,13 +103,6 @@ static __attribute__((noinline)) void EOM_NAME({name})({parameters})
 }}
 """
 
-COLUMNS = """\
-for (int j = 0; j < {n}; j++) {{
-    for (int i = 0; i < {n}; i++) {unit}
-{calls}
-    for (int i = 0; i < {n}; i++) {result}
-}}"""
-
 INCLUDE = """\
 #define EOM_REAL {real}
 #define scalar eom_{scalar}

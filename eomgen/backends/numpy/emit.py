@@ -7,8 +7,8 @@ from pathlib import Path
 from eomgen.backends.numpy import template
 from eomgen.backends.numpy.printer import NumPyPrinter
 from eomgen.backends.package import init_source, package_files
-from eomgen.ir.program import Block, Place, Program
-from eomgen.ir.statements import arithmetic, statements
+from eomgen.ir.program import Block, Program, Step, Turns, parts
+from eomgen.ir.statements import Indices, statements
 from eomgen.model import Model
 
 RUNTIME = Path(__file__).parent / "runtime" / "_gufunc.py"
@@ -54,26 +54,18 @@ def kernel(model: Model) -> str:
 
 def _block_size(program: Program) -> int:
     """States per block: as many as keep the temporaries in the cache."""
-    values = (
-        sum(len(block.nodes()) * block.count for block in (*program.blocks, *program.columns)) // 2
-        + program.output.size
-    )
+    values = sum(len(block.nodes()) * block.times() for block in parts(program.blocks)) // 2 + program.output.size
     return max(SMALLEST, min(LARGEST, BLOCK_BYTES // (8 * max(values, 1)) // 64 * 64))
 
 
-def _routine(program: Program, name: str, arguments: str, blocks: tuple[Block, ...], result: str) -> str:
+def _routine(program: Program, name: str, arguments: str, steps: tuple[Step, ...], result: str) -> str:
     """One Python function; its result is the list of the elements of `result`."""
     role = "constants" if result == "c" else "work"
     lines = [f"{array.name} = [0.0] * {array.size}" for array in program.scratch if array.role == role]
     if result == "out":
         lines.append(f"out = [0.0] * {program.output.size}")
-    for block in blocks:
-        lines += _block(block)
-    if result == "out" and program.columns:
-        n = program.output.shape[0]
-        repeated = [line for block in program.columns for line in _block(block)]
-        lines += [f"for j in range({n}):", f"    a = [float(i == j) for i in range({n})]"]
-        lines += [*(f"    {line}" for line in repeated), f"    out[j::{n}] = column"]
+    for step in steps:
+        lines += _step(step)
     names = [array.name for array in program.scratch if array.role == "constants"]
     returned = "out" if result == "out" else f"({', '.join(names)},)"
     unpacked = f"{', '.join(names)}, = c" if names and result == "out" else ""
@@ -82,17 +74,34 @@ def _routine(program: Program, name: str, arguments: str, blocks: tuple[Block, .
     return template.ROUTINE.format(name=name, arguments=arguments, body=text)
 
 
-def _block(block: Block) -> list[str]:
-    def index(place: Place) -> str:
-        if block.count == 1:
-            return str(place.indices[0])
-        return arithmetic(place.indices) or f"{place.indices!r}[k]"
+def _step(step: Step) -> list[str]:
+    """The lines of a block, or of several that take turns, with the loop around them."""
+    if isinstance(step, Turns):
+        found: list[str] = []
+        lines = [f"done = [0] * {len(step.parts)}", f"for turn in {step.order!r}:", "    k = done[turn]"]
+        lines.append("    done[turn] += 1")
+        for number, block in enumerate(step.parts):
+            tables, body = _body(block, f"_{number}")
+            found += tables
+            lines.append(f"    {'el' if number else ''}if turn == {number}:  # {block.title}")
+            lines += [f"        {line}" for line in body]
+        return [f"# {step.title}", *found, *lines]
+    tables, body = _body(step)
+    if step.looped:
+        body = [f"for k in range({step.count}):", *(f"    {line}" for line in body)]
+    return [f"# {step.title}", *tables, *body]
 
-    lines, texts = statements(block, PRINTER, lambda node: index(block.loads[node]))
+
+def _body(block: Block, suffix: str = "") -> tuple[list[str], list[str]]:
+    """The tables of indices of a block, and its lines for one iteration."""
+    indices = Indices(block, suffix)
+    lines, texts = statements(block, PRINTER, indices.of)
     for store in block.stores:
-        target = f"{store.place.array}[{index(store.place)}]"
+        target = f"{store.place.array}[{indices.at(store.place)}]"
         value = texts[store.node].text
         lines.append(f"{target} = {target} + {value}" if store.add else f"{target} = {value}")
-    if block.count == 1:
-        return [f"# {block.title}", *lines]
-    return [f"# {block.title}", f"for k in range({block.count}):", *(f"    {line}" for line in lines)]
+    if block.inner:
+        first, following = indices.text(block.inner.first, "k"), indices.text(block.inner.following, "i")
+        step = [*lines, f"i = {following}"]
+        lines = [f"i = {first}", "while i >= 0:", *(f"    {line}" for line in step)]
+    return [f"{name} = {values!r}" for values, name in indices.tables.items()], lines

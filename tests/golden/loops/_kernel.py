@@ -172,120 +172,105 @@ forward_dynamics.__module__ = __name__
 
 
 def _mass_matrix_constants(xp, number, p):
-    c = [0.0] * 17
-    # constants of link1, root to tips
-    c[0] = p[3] * (p[0] * p[3]) + p[4] * (p[1] * p[4]) + p[5] * (p[2] * p[5])
-    # constants of link2 to link3, root to tips
-    for k in range(2):
-        t0 = p[6 + 6 * k] * p[9 + 6 * k]
-        t1 = p[7 + 6 * k] * p[10 + 6 * k]
-        t2 = p[8 + 6 * k] * p[11 + 6 * k]
-        c[1 + k] = t0 + t1 + t2
-        c[3 + k] = p[9 + 6 * k] * t0 + p[10 + 6 * k] * t1 + p[11 + 6 * k] * t2
-    # constants of link4, root to tips
-    t0 = p[18] * p[21]
-    t1 = p[19] * p[22]
-    t2 = p[20] * p[23]
-    c[5] = t0 + t1 + t2
-    c[6] = p[21] * t0 + p[22] * t1 + p[23] * t2
+    c = [0.0] * 14
+    hung_mass_up = [0.0] * 4
     # constants of link4, tips to root
     t0 = p[18] * p[21]
     t1 = p[19] * p[22]
     t2 = p[20] * p[23]
-    c[7] = t0 + t1 + t2
-    c[8] = p[21] * t0 + p[22] * t1 + p[23] * t2
-    c[9] = p[20] + p[18] + p[19]
+    hung_mass_up[2] = p[20] + p[18] + p[19]
+    c[0] = t0 + t1 + t2
+    c[1] = p[21] * t0 + p[22] * t1 + p[23] * t2
     # constants of link2 to link3, tips to root
     for k in range(2):
         t0 = p[12 - 6 * k] * p[15 - 6 * k]
         t1 = p[13 - 6 * k] * p[16 - 6 * k]
         t2 = p[14 - 6 * k] * p[17 - 6 * k]
-        c[10 + k] = t0 + t1 + t2
-        c[12 + k] = p[15 - 6 * k] * t0 + p[16 - 6 * k] * t1 + p[17 - 6 * k] * t2
-        c[14 + k] = p[14 - 6 * k] + p[12 - 6 * k] + p[13 - 6 * k]
+        t3 = t0 + t1 + t2
+        t4 = p[15 - 6 * k] * t0 + p[16 - 6 * k] * t1 + p[17 - 6 * k] * t2
+        hung_mass_up[1 - k] = hung_mass_up[2 - k] + p[14 - 6 * k] + p[12 - 6 * k] + p[13 - 6 * k]
+        c[2 + k] = t3
+        c[4 + k] = t4
+        c[6 + k] = hung_mass_up[2 - k] + t3
+        c[8 + k] = hung_mass_up[2 - k] + t4
     # constants of link1, tips to root
-    c[16] = p[3] * (p[0] * p[3]) + p[4] * (p[1] * p[4]) + p[5] * (p[2] * p[5])
-    return (c,)
+    t0 = p[0] * p[3]
+    t1 = p[1] * p[4]
+    t2 = p[2] * p[5]
+    t3 = t0 + t1 + t2
+    t4 = p[3] * t0 + p[4] * t1 + p[5] * t2
+    c[10] = t3
+    c[11] = t4
+    c[12] = hung_mass_up[0] + t3
+    c[13] = hung_mass_up[0] + t4
+    return (c, hung_mass_up,)
 
 
 def _mass_matrix(xp, number, q, p, c):
-    c, = c
-    acceleration_u_down1 = [0.0] * 4
-    acceleration_n_down1 = [0.0] * 4
-    kept0 = [0.0] * 2
-    kept1 = [0.0] * 2
-    force_u_up2 = [0.0] * 4
-    force_n_up2 = [0.0] * 4
-    torque_up2 = [0.0] * 4
-    kept2 = [0.0] * 1
-    kept3 = [0.0] * 1
-    kept4 = [0.0] * 1
-    kept5 = [0.0] * 1
-    kept6 = [0.0] * 2
-    kept7 = [0.0] * 2
-    kept8 = [0.0] * 2
-    kept9 = [0.0] * 2
-    kept10 = [0.0] * 1
-    a = [0.0] * 8
-    column = [0.0] * 8
+    c, hung_mass_up, = c
+    end_x = [0.0] * 10
+    end_y = [0.0] * 10
+    force_x = [0.0] * 10
+    force_y = [0.0] * 10
     out = [0.0] * 64
-    # link1, root to tips
-    kept10[0] = q[4] * (q[4] * c[0])
-    # link2 to link3, root to tips
+    # sums start at zero
+    for k in range(64):
+        out[k] = 0.0
+    # link4, tips to root
+    s0 = xp.sin(q[3])
+    c0 = xp.cos(q[3])
+    t1 = q[7] * c[0]
+    out[27] = q[7] * (q[7] * c[1])
+    end_x[3] = -(q[7] * s0)
+    end_y[3] = q[7] * c0
+    force_x[3] = -(t1 * s0)
+    force_y[3] = t1 * c0
+    out[63] = c[1]
+    end_x[7] = c0
+    end_y[7] = s0
+    force_x[7] = c[0] * c0
+    force_y[7] = c[0] * s0
+    # link2 to link3, tips to root
     for k in range(2):
-        t0 = q[1 + k] - q[k]
-        s1 = xp.sin(t0)
-        c1 = xp.cos(t0)
-        kept0[k] = c1
-        kept1[k] = s1
-        kept6[k] = q[5 + k] * c[1 + k]
-        kept7[k] = q[5 + k] * (q[5 + k] * c[3 + k])
-    # link4, root to tips
-    t0 = q[3] - q[2]
-    s1 = xp.sin(t0)
-    c1 = xp.cos(t0)
-    kept2[0] = q[7] * c[5]
-    kept3[0] = q[7] * (q[7] * c[6])
-    kept4[0] = c1
-    kept5[0] = s1
-    for j in range(8):
-        a = [float(i == j) for i in range(8)]
-        # link1, root to tips
-        acceleration_u_down1[0] = a[4]
-        acceleration_n_down1[0] = a[0] * q[4]
-        # link2 to link3, root to tips
-        for k in range(2):
-            t0 = kept0[k] * acceleration_u_down1[k] + kept1[k] * acceleration_n_down1[k]
-            t1 = kept0[k] * acceleration_n_down1[k] - kept1[k] * acceleration_u_down1[k]
-            acceleration_u_down1[1 + k] = a[5 + k] + t0
-            acceleration_n_down1[1 + k] = t1 + a[1 + k] * q[5 + k]
-            kept8[k] = t0
-            kept9[k] = t1
-        # link4, tips to root
-        t0 = kept4[0] * acceleration_u_down1[2] + kept5[0] * acceleration_n_down1[2]
-        t1 = c[9] * t0 + a[7] * c[7]
-        t2 = kept4[0] * acceleration_n_down1[2] - kept5[0] * acceleration_u_down1[2]
-        t3 = c[9] * t2 + a[3] * kept2[0]
-        t4 = kept2[0] * t2 + a[3] * kept3[0]
-        force_u_up2[2] = kept4[0] * t1 - kept5[0] * t3
-        force_n_up2[2] = kept5[0] * t1 + kept4[0] * t3
-        torque_up2[2] = t4
-        column[3] = t4
-        column[7] = c[7] * t0 + a[7] * c[8]
-        # link2 to link3, tips to root
-        for k in range(2):
-            t0 = force_u_up2[2 - k] + c[14 + k] * kept8[1 - k] + a[6 - k] * c[10 + k]
-            t1 = force_n_up2[2 - k] + c[14 + k] * kept9[1 - k] + a[2 - k] * kept6[1 - k]
-            t2 = kept6[1 - k] * kept9[1 - k] + a[2 - k] * kept7[1 - k] + q[6 - k] * force_n_up2[2 - k]
-            force_u_up2[1 - k] = kept0[1 - k] * t0 - kept1[1 - k] * t1
-            force_n_up2[1 - k] = kept1[1 - k] * t0 + kept0[1 - k] * t1
-            torque_up2[1 - k] = torque_up2[2 - k] + t2
-            column[2 - k] = t2
-            column[6 - k] = force_u_up2[2 - k] + c[10 + k] * kept8[1 - k] + a[6 - k] * c[12 + k]
-        # link1, tips to root
-        column[0] = a[0] * kept10[0] + q[4] * force_n_up2[0]
-        column[4] = force_u_up2[0] + a[4] * c[16]
-        out[j::8] = column
+        t0 = q[6 - k] * hung_mass_up[2 - k]
+        s1 = xp.sin(q[2 - k])
+        c1 = xp.cos(q[2 - k])
+        t2 = q[6 - k] * c[2 + k] + t0
+        out[18 - 9 * k] = q[6 - k] * (q[6 - k] * c[4 + k]) + q[6 - k] * t0
+        end_x[2 - k] = -(q[6 - k] * s1)
+        end_y[2 - k] = q[6 - k] * c1
+        force_x[2 - k] = -(s1 * t2)
+        force_y[2 - k] = c1 * t2
+        out[54 - 9 * k] = c[8 + k]
+        end_x[6 - k] = c1
+        end_y[6 - k] = s1
+        force_x[6 - k] = c1 * c[6 + k]
+        force_y[6 - k] = s1 * c[6 + k]
+    # link1, tips to root
+    t0 = q[4] * hung_mass_up[0]
+    s1 = xp.sin(q[0])
+    c1 = xp.cos(q[0])
+    t2 = q[4] * c[10] + t0
+    out[0] = q[4] * (q[4] * c[11]) + q[4] * t0
+    end_x[0] = -(q[4] * s1)
+    end_y[0] = q[4] * c1
+    force_x[0] = -(s1 * t2)
+    force_y[0] = c1 * t2
+    out[36] = c[13]
+    end_x[4] = c1
+    end_y[4] = s1
+    force_x[4] = c1 * c[12]
+    force_y[4] = s1 * c[12]
+    # pairs of links
+    at0 = (-1, 0, 1, 2, -1, 0, 1, 2)
+    at1 = (4, 5, 6, 7, -1, 0, 1, 2)
+    for k in range(8):
+        i = at0[k]
+        while i >= 0:
+            t0 = end_x[0 + i] * force_x[k] + end_y[0 + i] * force_y[k]
+            out[k + 8 * i] = t0
+            out[8 * k + i] = t0
+            i = at1[i]
     return out
 
 
@@ -298,7 +283,7 @@ mass_matrix = Function(
     _mass_matrix_constants,
     True,
     _mass_matrix,
-    3200,
+    2304,
     ('float64',),
 )
 mass_matrix.__module__ = __name__
@@ -332,7 +317,7 @@ def _energy_constants(xp, number, p):
 
 def _energy(xp, number, q, v, p, c):
     c, = c
-    sum = [0.0] * 2
+    sum = [0.0] * 8
     height_down = [0.0] * 4
     velocity_x_down = [0.0] * 4
     velocity_y_down = [0.0] * 4

@@ -319,60 +319,47 @@ static void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, c
 
 static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_1)(const scalar *p, scalar *restrict c)
 {
-    /* constants of link1, root to tips */
-    EACH c[0] = FMA(p[5], (p[2] * p[5]), FMA(p[3], (p[0] * p[3]), p[4] * (p[1] * p[4])));
+    /* constants of link4, tips to root */
+    scalar *const hung_mass_up = c + 14;
+    pack t0; EACH t0[h] = p[18] * p[21];
+    pack t1; EACH t1[h] = p[19] * p[22];
+    pack t2; EACH t2[h] = p[20] * p[23];
+    EACH hung_mass_up[2] = p[20] + p[18] + p[19];
+    EACH c[0] = t0[h] + t1[h] + t2[h];
+    EACH c[1] = FMA(p[23], t2[h], FMA(p[21], t0[h], p[22] * t1[h]));
 }
 
 static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_2)(const scalar *p, scalar *restrict c)
 {
-    /* constants of link2 to link3, root to tips */
+    /* constants of link2 to link3, tips to root */
+    scalar *const hung_mass_up = c + 14;
     for (int k = 0; k < 2; k++) {
-        pack t0; EACH t0[h] = p[6 + 6 * k] * p[9 + 6 * k];
-        pack t1; EACH t1[h] = p[7 + 6 * k] * p[10 + 6 * k];
-        pack t2; EACH t2[h] = p[8 + 6 * k] * p[11 + 6 * k];
-        EACH c[1 + k] = t0[h] + t1[h] + t2[h];
-        EACH c[3 + k] = FMA(p[11 + 6 * k], t2[h], FMA(p[9 + 6 * k], t0[h], p[10 + 6 * k] * t1[h]));
+        pack t0; EACH t0[h] = p[12 - 6 * k] * p[15 - 6 * k];
+        pack t1; EACH t1[h] = p[13 - 6 * k] * p[16 - 6 * k];
+        pack t2; EACH t2[h] = p[14 - 6 * k] * p[17 - 6 * k];
+        pack t3; EACH t3[h] = t0[h] + t1[h] + t2[h];
+        pack t4; EACH t4[h] = FMA(p[17 - 6 * k], t2[h], FMA(p[15 - 6 * k], t0[h], p[16 - 6 * k] * t1[h]));
+        EACH hung_mass_up[1 - k] = hung_mass_up[2 - k] + p[14 - 6 * k] + p[12 - 6 * k] + p[13 - 6 * k];
+        EACH c[2 + k] = t3[h];
+        EACH c[4 + k] = t4[h];
+        EACH c[6 + k] = hung_mass_up[2 - k] + t3[h];
+        EACH c[8 + k] = hung_mass_up[2 - k] + t4[h];
     }
 }
 
 static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_3)(const scalar *p, scalar *restrict c)
 {
-    /* constants of link4, root to tips */
-    pack t0; EACH t0[h] = p[18] * p[21];
-    pack t1; EACH t1[h] = p[19] * p[22];
-    pack t2; EACH t2[h] = p[20] * p[23];
-    EACH c[5] = t0[h] + t1[h] + t2[h];
-    EACH c[6] = FMA(p[23], t2[h], FMA(p[21], t0[h], p[22] * t1[h]));
-}
-
-static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_4)(const scalar *p, scalar *restrict c)
-{
-    /* constants of link4, tips to root */
-    pack t0; EACH t0[h] = p[18] * p[21];
-    pack t1; EACH t1[h] = p[19] * p[22];
-    pack t2; EACH t2[h] = p[20] * p[23];
-    EACH c[7] = t0[h] + t1[h] + t2[h];
-    EACH c[8] = FMA(p[23], t2[h], FMA(p[21], t0[h], p[22] * t1[h]));
-    EACH c[9] = p[20] + p[18] + p[19];
-}
-
-static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_5)(const scalar *p, scalar *restrict c)
-{
-    /* constants of link2 to link3, tips to root */
-    for (int k = 0; k < 2; k++) {
-        pack t0; EACH t0[h] = p[12 - 6 * k] * p[15 - 6 * k];
-        pack t1; EACH t1[h] = p[13 - 6 * k] * p[16 - 6 * k];
-        pack t2; EACH t2[h] = p[14 - 6 * k] * p[17 - 6 * k];
-        EACH c[10 + k] = t0[h] + t1[h] + t2[h];
-        EACH c[12 + k] = FMA(p[17 - 6 * k], t2[h], FMA(p[15 - 6 * k], t0[h], p[16 - 6 * k] * t1[h]));
-        EACH c[14 + k] = p[14 - 6 * k] + p[12 - 6 * k] + p[13 - 6 * k];
-    }
-}
-
-static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_6)(const scalar *p, scalar *restrict c)
-{
     /* constants of link1, tips to root */
-    EACH c[16] = FMA(p[5], (p[2] * p[5]), FMA(p[3], (p[0] * p[3]), p[4] * (p[1] * p[4])));
+    scalar *const hung_mass_up = c + 14;
+    pack t0; EACH t0[h] = p[0] * p[3];
+    pack t1; EACH t1[h] = p[1] * p[4];
+    pack t2; EACH t2[h] = p[2] * p[5];
+    pack t3; EACH t3[h] = t0[h] + t1[h] + t2[h];
+    pack t4; EACH t4[h] = FMA(p[5], t2[h], FMA(p[3], t0[h], p[4] * t1[h]));
+    EACH c[10] = t3[h];
+    EACH c[11] = t4[h];
+    EACH c[12] = hung_mass_up[0] + t3[h];
+    EACH c[13] = hung_mass_up[0] + t4[h];
 }
 
 static void EOM_NAME(mass_matrix_constants)(const scalar *p, scalar *restrict c)
@@ -380,169 +367,115 @@ static void EOM_NAME(mass_matrix_constants)(const scalar *p, scalar *restrict c)
     EOM_NAME(mass_matrix_constants_1)(p, c);
     EOM_NAME(mass_matrix_constants_2)(p, c);
     EOM_NAME(mass_matrix_constants_3)(p, c);
-    EOM_NAME(mass_matrix_constants_4)(p, c);
-    EOM_NAME(mass_matrix_constants_5)(p, c);
-    EOM_NAME(mass_matrix_constants_6)(p, c);
 }
 
 #endif
 
 static __attribute__((noinline)) void EOM_NAME(mass_matrix_1)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
-    /* link1, root to tips */
-    const pack *const q = in[0];
-    pack *const kept10 = work + 36;
-    EACH kept10[0][h] = q[4][h] * (q[4][h] * c[0]);
+    /* sums start at zero */
+    for (int k = 0; k < 64; k++) {
+        EACH out[k][h] = R(K(0.0));
+    }
 }
 
 static __attribute__((noinline)) void EOM_NAME(mass_matrix_2)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
-    /* link2 to link3, root to tips */
+    /* link4, tips to root */
     const pack *const q = in[0];
-    pack *const kept0 = work + 8;
-    pack *const kept1 = work + 10;
-    pack *const kept6 = work + 28;
-    pack *const kept7 = work + 30;
-    for (int k = 0; k < 2; k++) {
-        pack t0; EACH t0[h] = q[1 + k][h] - q[k][h];
-        pack s1, c1; EACH SINCOS_CALL(t0[h], &s1[h], &c1[h]);
-        EACH kept0[k][h] = c1[h];
-        EACH kept1[k][h] = s1[h];
-        EACH kept6[k][h] = q[5 + k][h] * c[1 + k];
-        EACH kept7[k][h] = q[5 + k][h] * (q[5 + k][h] * c[3 + k]);
-    }
+    pack *const end_x = work + 0;
+    pack *const end_y = work + 10;
+    pack *const force_x = work + 20;
+    pack *const force_y = work + 30;
+    pack s0, c0; EACH SINCOS_CALL(q[3][h], &s0[h], &c0[h]);
+    pack t1; EACH t1[h] = q[7][h] * c[0];
+    EACH out[27][h] = q[7][h] * (q[7][h] * c[1]);
+    EACH end_x[3][h] = -(q[7][h] * s0[h]);
+    EACH end_y[3][h] = q[7][h] * c0[h];
+    EACH force_x[3][h] = -(t1[h] * s0[h]);
+    EACH force_y[3][h] = t1[h] * c0[h];
+    EACH out[63][h] = R(c[1]);
+    EACH end_x[7][h] = c0[h];
+    EACH end_y[7][h] = s0[h];
+    EACH force_x[7][h] = c[0] * c0[h];
+    EACH force_y[7][h] = c[0] * s0[h];
 }
 
 static __attribute__((noinline)) void EOM_NAME(mass_matrix_3)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
-    /* link4, root to tips */
+    /* link2 to link3, tips to root */
     const pack *const q = in[0];
-    pack *const kept2 = work + 24;
-    pack *const kept3 = work + 25;
-    pack *const kept4 = work + 26;
-    pack *const kept5 = work + 27;
-    pack t0; EACH t0[h] = q[3][h] - q[2][h];
-    pack s1, c1; EACH SINCOS_CALL(t0[h], &s1[h], &c1[h]);
-    EACH kept2[0][h] = q[7][h] * c[5];
-    EACH kept3[0][h] = q[7][h] * (q[7][h] * c[6]);
-    EACH kept4[0][h] = c1[h];
-    EACH kept5[0][h] = s1[h];
+    pack *const end_x = work + 0;
+    pack *const end_y = work + 10;
+    pack *const force_x = work + 20;
+    pack *const force_y = work + 30;
+    const scalar *const hung_mass_up = c + 14;
+    for (int k = 0; k < 2; k++) {
+        pack t0; EACH t0[h] = q[6 - k][h] * hung_mass_up[2 - k];
+        pack s1, c1; EACH SINCOS_CALL(q[2 - k][h], &s1[h], &c1[h]);
+        pack t2; EACH t2[h] = FMA(q[6 - k][h], c[2 + k], t0[h]);
+        EACH out[18 - 9 * k][h] = FMA(q[6 - k][h], (q[6 - k][h] * c[4 + k]), q[6 - k][h] * t0[h]);
+        EACH end_x[2 - k][h] = -(q[6 - k][h] * s1[h]);
+        EACH end_y[2 - k][h] = q[6 - k][h] * c1[h];
+        EACH force_x[2 - k][h] = -(s1[h] * t2[h]);
+        EACH force_y[2 - k][h] = c1[h] * t2[h];
+        EACH out[54 - 9 * k][h] = R(c[8 + k]);
+        EACH end_x[6 - k][h] = c1[h];
+        EACH end_y[6 - k][h] = s1[h];
+        EACH force_x[6 - k][h] = c1[h] * c[6 + k];
+        EACH force_y[6 - k][h] = s1[h] * c[6 + k];
+    }
 }
 
 static __attribute__((noinline)) void EOM_NAME(mass_matrix_4)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
-    /* link1, root to tips */
+    /* link1, tips to root */
     const pack *const q = in[0];
-    pack *const acceleration_u_down1 = work + 0;
-    pack *const acceleration_n_down1 = work + 4;
-    pack *const a = work + 37;
-    EACH acceleration_u_down1[0][h] = a[4][h];
-    EACH acceleration_n_down1[0][h] = a[0][h] * q[4][h];
+    pack *const end_x = work + 0;
+    pack *const end_y = work + 10;
+    pack *const force_x = work + 20;
+    pack *const force_y = work + 30;
+    const scalar *const hung_mass_up = c + 14;
+    pack t0; EACH t0[h] = q[4][h] * hung_mass_up[0];
+    pack s1, c1; EACH SINCOS_CALL(q[0][h], &s1[h], &c1[h]);
+    pack t2; EACH t2[h] = FMA(q[4][h], c[10], t0[h]);
+    EACH out[0][h] = FMA(q[4][h], (q[4][h] * c[11]), q[4][h] * t0[h]);
+    EACH end_x[0][h] = -(q[4][h] * s1[h]);
+    EACH end_y[0][h] = q[4][h] * c1[h];
+    EACH force_x[0][h] = -(s1[h] * t2[h]);
+    EACH force_y[0][h] = c1[h] * t2[h];
+    EACH out[36][h] = R(c[13]);
+    EACH end_x[4][h] = c1[h];
+    EACH end_y[4][h] = s1[h];
+    EACH force_x[4][h] = c1[h] * c[12];
+    EACH force_y[4][h] = s1[h] * c[12];
 }
 
 static __attribute__((noinline)) void EOM_NAME(mass_matrix_5)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
-    /* link2 to link3, root to tips */
-    const pack *const q = in[0];
-    pack *const acceleration_u_down1 = work + 0;
-    pack *const acceleration_n_down1 = work + 4;
-    pack *const kept0 = work + 8;
-    pack *const kept1 = work + 10;
-    pack *const kept8 = work + 32;
-    pack *const kept9 = work + 34;
-    pack *const a = work + 37;
-    for (int k = 0; k < 2; k++) {
-        pack t0; EACH t0[h] = FMA(kept0[k][h], acceleration_u_down1[k][h], kept1[k][h] * acceleration_n_down1[k][h]);
-        pack t1; EACH t1[h] = FMA(kept0[k][h], acceleration_n_down1[k][h], -(kept1[k][h] * acceleration_u_down1[k][h]));
-        EACH acceleration_u_down1[1 + k][h] = a[5 + k][h] + t0[h];
-        EACH acceleration_n_down1[1 + k][h] = FMA(a[1 + k][h], q[5 + k][h], t1[h]);
-        EACH kept8[k][h] = t0[h];
-        EACH kept9[k][h] = t1[h];
+    /* pairs of links */
+    pack *const end_x = work + 0;
+    pack *const end_y = work + 10;
+    pack *const force_x = work + 20;
+    pack *const force_y = work + 30;
+    static const int at0[] = {-1, 0, 1, 2, -1, 0, 1, 2};
+    static const int at1[] = {4, 5, 6, 7, -1, 0, 1, 2};
+    for (int k = 0; k < 8; k++) {
+        for (int i = at0[k]; i >= 0; i = at1[i]) {
+            pack t0; EACH t0[h] = FMA(end_x[0 + i][h], force_x[k][h], end_y[0 + i][h] * force_y[k][h]);
+            EACH out[k + 8 * i][h] = t0[h];
+            EACH out[8 * k + i][h] = t0[h];
+        }
     }
-}
-
-static __attribute__((noinline)) void EOM_NAME(mass_matrix_6)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
-{
-    /* link4, tips to root */
-    pack *const acceleration_u_down1 = work + 0;
-    pack *const acceleration_n_down1 = work + 4;
-    pack *const force_u_up2 = work + 12;
-    pack *const force_n_up2 = work + 16;
-    pack *const torque_up2 = work + 20;
-    pack *const kept2 = work + 24;
-    pack *const kept3 = work + 25;
-    pack *const kept4 = work + 26;
-    pack *const kept5 = work + 27;
-    pack *const a = work + 37;
-    pack *const column = work + 45;
-    pack t0; EACH t0[h] = FMA(kept4[0][h], acceleration_u_down1[2][h], kept5[0][h] * acceleration_n_down1[2][h]);
-    pack t1; EACH t1[h] = FMA(c[9], t0[h], a[7][h] * c[7]);
-    pack t2; EACH t2[h] = FMA(kept4[0][h], acceleration_n_down1[2][h], -(kept5[0][h] * acceleration_u_down1[2][h]));
-    pack t3; EACH t3[h] = FMA(c[9], t2[h], a[3][h] * kept2[0][h]);
-    pack t4; EACH t4[h] = FMA(kept2[0][h], t2[h], a[3][h] * kept3[0][h]);
-    EACH force_u_up2[2][h] = FMA(kept4[0][h], t1[h], -(kept5[0][h] * t3[h]));
-    EACH force_n_up2[2][h] = FMA(kept5[0][h], t1[h], kept4[0][h] * t3[h]);
-    EACH torque_up2[2][h] = t4[h];
-    EACH column[3][h] = t4[h];
-    EACH column[7][h] = FMA(c[7], t0[h], a[7][h] * c[8]);
-}
-
-static __attribute__((noinline)) void EOM_NAME(mass_matrix_7)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
-{
-    /* link2 to link3, tips to root */
-    const pack *const q = in[0];
-    pack *const kept0 = work + 8;
-    pack *const kept1 = work + 10;
-    pack *const force_u_up2 = work + 12;
-    pack *const force_n_up2 = work + 16;
-    pack *const torque_up2 = work + 20;
-    pack *const kept6 = work + 28;
-    pack *const kept7 = work + 30;
-    pack *const kept8 = work + 32;
-    pack *const kept9 = work + 34;
-    pack *const a = work + 37;
-    pack *const column = work + 45;
-    for (int k = 0; k < 2; k++) {
-        pack t0; EACH t0[h] = force_u_up2[2 - k][h] + FMA(c[14 + k], kept8[1 - k][h], a[6 - k][h] * c[10 + k]);
-        pack t1; EACH t1[h] = force_n_up2[2 - k][h] + FMA(c[14 + k], kept9[1 - k][h], a[2 - k][h] * kept6[1 - k][h]);
-        pack t2; EACH t2[h] = FMA(q[6 - k][h], force_n_up2[2 - k][h], FMA(kept6[1 - k][h], kept9[1 - k][h], a[2 - k][h] * kept7[1 - k][h]));
-        EACH force_u_up2[1 - k][h] = FMA(kept0[1 - k][h], t0[h], -(kept1[1 - k][h] * t1[h]));
-        EACH force_n_up2[1 - k][h] = FMA(kept1[1 - k][h], t0[h], kept0[1 - k][h] * t1[h]);
-        EACH torque_up2[1 - k][h] = torque_up2[2 - k][h] + t2[h];
-        EACH column[2 - k][h] = t2[h];
-        EACH column[6 - k][h] = force_u_up2[2 - k][h] + FMA(c[10 + k], kept8[1 - k][h], a[6 - k][h] * c[12 + k]);
-    }
-}
-
-static __attribute__((noinline)) void EOM_NAME(mass_matrix_8)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
-{
-    /* link1, tips to root */
-    const pack *const q = in[0];
-    pack *const force_u_up2 = work + 12;
-    pack *const force_n_up2 = work + 16;
-    pack *const kept10 = work + 36;
-    pack *const a = work + 37;
-    pack *const column = work + 45;
-    EACH column[0][h] = FMA(a[0][h], kept10[0][h], q[4][h] * force_n_up2[0][h]);
-    EACH column[4][h] = FMA(a[4][h], c[16], force_u_up2[0][h]);
 }
 
 static void EOM_NAME(mass_matrix)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
-    pack *const a = work + 37;
-    pack *const column = work + 45;
     EOM_NAME(mass_matrix_1)(in, p, c, out, work);
     EOM_NAME(mass_matrix_2)(in, p, c, out, work);
     EOM_NAME(mass_matrix_3)(in, p, c, out, work);
-    for (int j = 0; j < 8; j++) {
-        for (int i = 0; i < 8; i++) EACH a[i][h] = R((scalar)(i == j));
-        EOM_NAME(mass_matrix_4)(in, p, c, out, work);
-        EOM_NAME(mass_matrix_5)(in, p, c, out, work);
-        EOM_NAME(mass_matrix_6)(in, p, c, out, work);
-        EOM_NAME(mass_matrix_7)(in, p, c, out, work);
-        EOM_NAME(mass_matrix_8)(in, p, c, out, work);
-        for (int i = 0; i < 8; i++) EACH out[i * 8 + j][h] = column[i][h];
-    }
+    EOM_NAME(mass_matrix_4)(in, p, c, out, work);
+    EOM_NAME(mass_matrix_5)(in, p, c, out, work);
 }
 
 /* ---- energy ----
@@ -611,9 +544,9 @@ static __attribute__((noinline)) void EOM_NAME(energy_2)(const pack *const *in, 
     const pack *const q = in[0];
     const pack *const v = in[1];
     pack *const sum = work + 0;
-    pack *const height_down = work + 2;
-    pack *const velocity_x_down = work + 6;
-    pack *const velocity_y_down = work + 10;
+    pack *const height_down = work + 8;
+    pack *const velocity_x_down = work + 12;
+    pack *const velocity_y_down = work + 16;
     pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
     pack t1; EACH t1[h] = v[0][h] * q[4][h];
     pack t2; EACH t2[h] = K(0.5) * FMA(v[0][h], (v[0][h] * (q[4][h] * (q[4][h] * c[1]))), v[4][h] * (v[4][h] * c[1]));
@@ -630,9 +563,9 @@ static __attribute__((noinline)) void EOM_NAME(energy_3)(const pack *const *in, 
     const pack *const q = in[0];
     const pack *const v = in[1];
     pack *const sum = work + 0;
-    pack *const height_down = work + 2;
-    pack *const velocity_x_down = work + 6;
-    pack *const velocity_y_down = work + 10;
+    pack *const height_down = work + 8;
+    pack *const velocity_x_down = work + 12;
+    pack *const velocity_y_down = work + 16;
     for (int k = 0; k < 2; k++) {
         pack s0, c0; EACH SINCOS_CALL(q[1 + k][h], &s0[h], &c0[h]);
         pack t1; EACH t1[h] = v[1 + k][h] * q[5 + k][h];
@@ -652,9 +585,9 @@ static __attribute__((noinline)) void EOM_NAME(energy_4)(const pack *const *in, 
     const pack *const q = in[0];
     const pack *const v = in[1];
     pack *const sum = work + 0;
-    pack *const height_down = work + 2;
-    pack *const velocity_x_down = work + 6;
-    pack *const velocity_y_down = work + 10;
+    pack *const height_down = work + 8;
+    pack *const velocity_x_down = work + 12;
+    pack *const velocity_y_down = work + 16;
     pack t0; EACH t0[h] = FMA(v[7][h], (v[7][h] * c[9]), FMA(c[10], FMA(velocity_x_down[2][h], velocity_x_down[2][h], velocity_y_down[2][h] * velocity_y_down[2][h]), v[3][h] * (v[3][h] * (q[7][h] * (q[7][h] * c[9])))));
     pack s1, c1; EACH SINCOS_CALL(q[3][h], &s1[h], &c1[h]);
     pack t2; EACH t2[h] = q[7][h] * c[8];
