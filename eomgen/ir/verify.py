@@ -6,9 +6,16 @@ A violation is a mistake of eomgen, never of a user, so it raises AssertionError
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable, Sequence
+from itertools import chain
+
+import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.ir.expr import BINARY, LEAVES, UNARY, Node
-from eomgen.ir.program import Block, Program, Step, Store, Turns
+from eomgen.ir.program import Block, Place, Program, Step, Store, Turns
+
+NOTHING, ZERO, VALUE = range(3)  # what an element of an array holds
 
 
 def verify(program: Program, after: str = "") -> None:
@@ -35,16 +42,15 @@ class _Check:
         self.arrays = program.arrays
         names = [a.name for a in (*program.inputs, program.output, *program.scratch)]
         assert len(set(names)) == len(names), f"array names {names} are not unique"
-        self.written = {array.name: set(range(array.size)) for array in program.inputs}
-        self.written |= {array.name: set() for array in (program.output, *program.scratch)}
-        self.zero: dict[str, set[int]] = {name: set() for name in self.written}
+        self.state = {array.name: bytearray([VALUE]) * array.size for array in program.inputs}
+        self.state |= {array.name: bytearray(array.size) for array in (program.output, *program.scratch)}
 
     def run(self) -> None:
         for step in self.program.constants:
             self._step(step, reads=("input p", "constants"), writes="constants")
         for step in self.program.blocks:
             self._step(step, reads=("input", "constants", "work", "output"), writes="output work")
-        missing = self.program.output.size - len(self.written[self.program.output.name])
+        missing = self.state[self.program.output.name].count(NOTHING)
         assert not missing, f"{missing} elements of {self.program.output.name} are never stored"
 
     def _step(self, step: Step, reads: tuple[str, ...], writes: str) -> None:
@@ -55,15 +61,43 @@ class _Check:
             counts = {number: block.count for number, block in enumerate(step.parts)}
             assert turns == counts, f"{step.title!r}: the turns {dict(turns)} are not the iterations {counts}"
             assert not any(block.inner for block in step.parts), f"{step.title!r}: a loop inside takes no turns"
-        for block, k, i in step.iterations():
-            read = {(place.array, place.index(k, i)) for place in block.loads.values()}
-            for array, index in read:
-                assert index in self.written[array], f"block {block.title!r} reads {array}[{index}], which has no value"
-            for store in block.stores:
-                array, index = store.place.array, store.place.index(k, i)
-                at_once = f"block {block.title!r} reads and writes {array}[{index}] at once"
-                assert (array, index) not in read, at_once
-                self._store(store, index)
+        if isinstance(step, Block) and not {p.array for p in step.loads.values()} & {s.place.array for s in step.stores}:
+            self._all_at_once(step)
+        else:
+            for block, k, i in step.iterations():
+                self._once(block, k, i)
+
+    def _once(self, block: Block, k: int, i: int) -> None:
+        """Reads and writes of one iteration."""
+        read = {(place.array, place.index(k, i)) for place in block.loads.values()}
+        for array, index in read:
+            assert self.state[array][index], f"block {block.title!r} reads {array}[{index}], which has no value"
+        for store in block.stores:
+            name, index = store.place.array, store.place.index(k, i)
+            assert (name, index) not in read, f"block {block.title!r} reads and writes {name}[{index}] at once"
+            self._store(store, [index])
+
+    def _all_at_once(self, block: Block) -> None:
+        """Reads and writes of all iterations of a block that reads nothing it writes."""
+        k, i = np.arange(block.count), np.zeros(block.count, np.intp)
+        if block.inner:
+            lists = [[*block.inner.values(iteration)] for iteration in range(block.count)]
+            k, i = np.repeat(k, [*map(len, lists)]), np.array([*chain.from_iterable(lists)], np.intp)
+
+        def indices(place: Place) -> NDArray[np.intp]:
+            return _array(place.indices)[k] + (_array(place.inner)[i] if place.inner else 0)
+
+        for place in block.loads.values():
+            at = indices(place)
+            absent = at[np.frombuffer(self.state[place.array], np.uint8)[at] == NOTHING]
+            assert not absent.size, f"block {block.title!r} reads {place.array}[{absent[0]}], which has no value"
+        for store in block.stores:
+            at, state = indices(store.place), np.frombuffer(self.state[store.place.array], np.uint8)
+            sound = at.size > 0 and at.min() >= 0 and at.max() < len(state) and np.bincount(at).max() == 1
+            if sound and not store.add and np.all(state[at] != VALUE):
+                state[at] = np.where(state[at] == NOTHING, _stored(store), VALUE)
+            else:
+                self._store(store, at.tolist())
 
     def _block(self, block: Block, reads: tuple[str, ...], writes: str) -> None:
         owner = {node.graph for node in block.nodes()}
@@ -88,18 +122,24 @@ class _Check:
         assert len(node.args) == count[node.op], f"{node.op} with {len(node.args)} operands"
         assert node.op != "symbol", f"block {block.title!r} does not load the symbol {node.name!r}"
 
-    def _store(self, store: Store, index: int) -> None:
+    def _store(self, store: Store, indices: Iterable[int]) -> None:
         """A zero may be stored first and added to, or replaced once."""
-        name = store.place.array
-        written, zero = self.written[name], self.zero[name]
-        assert 0 <= index < self.arrays[name].size, f"{name}[{index}] is outside its {self.arrays[name].size} elements"
-        if store.add:
-            assert index in written, f"{name}[{index}] is added to before it has a value"
-            zero.discard(index)
-        else:
-            assert index not in written or index in zero, f"{name}[{index}] is stored twice"
-            if store.node is store.node.graph.zero and index not in written:
-                zero.add(index)
+        name, state = store.place.array, self.state[store.place.array]
+        for index in indices:
+            assert 0 <= index < len(state), f"{name}[{index}] is outside its {len(state)} elements"
+            before = state[index]
+            if store.add:
+                assert before, f"{name}[{index}] is added to before it has a value"
             else:
-                zero.discard(index)
-            written.add(index)
+                assert before != VALUE, f"{name}[{index}] is stored twice"
+            state[index] = VALUE if before else _stored(store)
+
+
+def _stored(store: Store) -> int:
+    return ZERO if store.node is store.node.graph.zero else VALUE
+
+
+def _array(indices: Sequence[int]) -> NDArray[np.intp]:
+    if isinstance(indices, range):
+        return np.arange(indices.start, indices.stop, indices.step)
+    return np.array(indices, dtype=np.intp)
