@@ -1,4 +1,8 @@
-"""Which form a function takes: dense or articulated elimination, straight-line code or loops over links."""
+"""Which form a function takes: straight-line code or loops over links, dense or articulated elimination.
+
+The formulas of a method stand in straight-line code. Loops are always those of the recursion: the other methods
+write down every pair of links, so from some number of links on their code takes longer to compile and to run.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +12,14 @@ from dataclasses import replace
 from eomgen import functions, loops
 from eomgen.errors import OptionError, UnsupportedError, unknown
 from eomgen.frontends.articulated import ArticulatedEquations
-from eomgen.frontends.mechanism import MechanismEquations
+from eomgen.frontends.mechanism import Mechanism, MechanismEquations
 from eomgen.ir.count import block_operations
 from eomgen.ir.equations import Equations
 from eomgen.ir.program import Program
 from eomgen.passes import hoist
 
 SOLVERS = ("auto", "dense", "articulated")
-LINKS_PER_RUN = 2  # on average; with shorter runs the loops are longer than what they replace
+LINKS_PER_GROUP = 2  # on average; with smaller groups the loops are longer than what they replace
 LOOPED_FROM = 8  # links; from there on loops run as fast as straight-line code and compile several times faster
 DENSE_PAIRS = 1000  # products of a dense elimination; beyond, the recursion always has fewer operations
 MOST_STRAIGHT_LINKS = 60  # for functions that have no loops: their text grows like n³
@@ -28,12 +32,13 @@ def programs(equations: Equations, names: Sequence[str], looped: bool | None, so
     Args:
         equations: the equations.
         names: functions that the equations have.
-        looped: loops over links, or None to decide by the number of links.
+        looped: loops over links (those of the recursion, whatever the method), straight-line code of the method's
+            own, or None to decide by the number of links.
         solver: "auto", "dense" or "articulated", for forward dynamics.
 
     Raises:
         OptionError: no such solver; or loops (or the articulated solver) where they cannot be.
-        UnsupportedError: too many links for a method that writes down every pair of them.
+        UnsupportedError: too many links for straight-line code, in a function that has no loops or is to have none.
     """
     if solver not in SOLVERS:
         raise OptionError(unknown("solver", solver, SOLVERS))
@@ -41,53 +46,56 @@ def programs(equations: Equations, names: Sequence[str], looped: bool | None, so
         if looped or solver == "articulated":
             raise OptionError("loops and the articulated solver need a scene; these equations come from energies")
         return [functions.program(equations, name) for name in names]
-    m = len(equations.mechanism.links)
     walking = isinstance(equations, ArticulatedEquations)
-    if looped and not walking:
-        raise OptionError(f"loops over links need method 'articulated', not {equations.method!r}")
-    check_size(equations.method, m)
-    repeats = m >= LOOPED_FROM and m >= LINKS_PER_RUN * len(loops.groups(equations.mechanism).members)
-    if looped or (looped is None and walking and repeats):
-        if solver == "dense":
-            raise OptionError("the dense solver cannot be written as loops; use solver 'articulated' or loops=False")
-        return [_looped(equations, name, looped) for name in names]
+    repeats = _repeats(equations.mechanism) if looped is None else looped
+    if repeats and solver == "dense" and (looped or walking):
+        raise OptionError("the dense solver cannot be written as loops; use solver 'articulated' or loops=False")
     found: list[Program] = []
     for name in names:
-        solved = _solved(equations, name, solver)
-        walked = isinstance(solved, ArticulatedEquations) and not isinstance(solved, _Dense)
-        if name == "forward_dynamics" and walked and looped is None and repeats:
+        if repeats and not (name == "forward_dynamics" and solver == "dense"):
             found.append(_looped(equations, name, looped))
-            continue
-        form = "articulated recursion" if walked else "dense elimination"
-        program = functions.program(solved, name)
-        found.append(replace(program, form=form) if name == "forward_dynamics" else program)
+        else:
+            found.append(_straight(equations, name, solver))
     return found
 
 
-def check_size(method: str, links: int) -> None:
-    """Refuses a chain that a method would write down pair by pair.
+def _repeats(mechanism: Mechanism) -> bool:
+    """Whether there are enough links, and enough of a kind, for loops."""
+    m = len(mechanism.links)
+    return m >= LOOPED_FROM and m >= LINKS_PER_GROUP * len(loops.groups(mechanism).members)
+
+
+def _straight(equations: MechanismEquations, name: str, solver: str) -> Program:
+    """A function as straight-line code.
 
     Raises:
-        UnsupportedError: there are too many links for it.
+        UnsupportedError: the method would write down too many pairs of links.
     """
-    if method != "articulated" and links > MOST_DENSE_LINKS:
+    m = len(equations.mechanism.links)
+    if equations.method != "articulated" and m > MOST_DENSE_LINKS:
         raise UnsupportedError(
-            f"{links} links by method {method!r} would write down {links * (links + 1) // 2} pairs of links; "
+            f"{name} of {m} links by method {equations.method!r} would write down {m * (m + 1) // 2} pairs of links; "
             f"allowed: up to {MOST_DENSE_LINKS}; use method 'articulated', whose cost grows with the number of links"
         )
+    solved = _solved(equations, name, solver)
+    program = functions.program(solved, name)
+    if name != "forward_dynamics":
+        return program
+    walked = isinstance(solved, ArticulatedEquations) and not isinstance(solved, _Dense)
+    return replace(program, form="articulated recursion" if walked else "dense elimination")
 
 
 def _looped(equations: MechanismEquations, name: str, asked: bool | None) -> Program:
     """A function as loops; one that has no such form is written out if loops were not asked for and it is short."""
     if name in loops.LOOPED:
-        return replace(loops.program(equations.mechanism, name), form="articulated recursion in loops over links")
+        return replace(loops.program(equations.mechanism, name), form="recursion in loops over links")
     m = len(equations.mechanism.links)
     if asked or m > MOST_STRAIGHT_LINKS:
         raise UnsupportedError(
             f"{name} cannot be written as loops over links; allowed for {m} links: {', '.join(loops.LOOPED)} "
             f"(straight-line code up to {MOST_STRAIGHT_LINKS} links)"
         )
-    return functions.program(equations, name)
+    return _straight(equations, name, "auto")
 
 
 def _solved(equations: MechanismEquations, name: str, solver: str) -> MechanismEquations:

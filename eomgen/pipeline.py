@@ -139,8 +139,6 @@ def compile(
     _check_accuracy(accuracy, backend, kinds)
     place = _check_out(out, force)
     with watch.stage("derive"):
-        if isinstance(scene, Scene):
-            choice.check_size(method, len(scene.links))
         equations = scene if isinstance(scene, Equations) else derive(scene, method, fold)
         built = programs(equations, functions, loops, solver)
         regularity.check(equations)

@@ -11,12 +11,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from typing import NamedTuple
 
 from eomgen.errors import OptionError
 from eomgen.frontends.mechanism import LinkSymbols, Mechanism, MechanismEquations
 from eomgen.ir.equations import Equations, Matrix, Vector, lazy
 from eomgen.ir.expr import Node
 from eomgen.scene import AnyLink, Scene
+
+
+class _Grown(NamedTuple):
+    """What the links so far contribute.
+
+    Attributes:
+        carried: by link the mass it carries.
+        turning: by link above and link below the cosine and the sine of the angle between them.
+    """
+
+    carried: list[Node]
+    turning: dict[tuple[int, int], tuple[Node, Node]]
 
 
 class RecursiveEquations(MechanismEquations):
@@ -31,34 +44,39 @@ class RecursiveEquations(MechanismEquations):
 
     def __init__(self, mechanism: Mechanism, shorter: RecursiveEquations | None = None) -> None:
         super().__init__(mechanism)
-        self.carried: list[Node] = list(shorter.carried) if shorter else []
-        self._turning: dict[tuple[int, int], tuple[Node, Node]] = dict(shorter._turning) if shorter else {}
-        for link in range(len(self.carried), len(mechanism.links)):
-            self._append(link)
+        if shorter:
+            self._grown = self._grow(shorter._grown)
 
-    def _append(self, new: int) -> None:
-        """One step of the recursion: the border of the new link, the increments of all above it."""
-        links, above = self.mechanism.links, self.mechanism.ancestors(new)
-        added = links[new]
-        for i in above:
-            turn = (
-                links[i].cos * added.cos + links[i].sin * added.sin,
-                links[i].sin * added.cos - links[i].cos * added.sin,
-            )
-            self._turning[i, new] = turn
-            self.carried[i] = self.carried[i] + self.graph.sum(b.mass for b in added.bodies)
-        self.carried.append(self.graph.zero)
+    @cached_property
+    def _grown(self) -> _Grown:
+        """What all links contribute."""
+        return self._grow(_Grown([], {}))
+
+    def _grow(self, start: _Grown) -> _Grown:
+        """The recursion: every new link brings its border, and the increments of all links above it."""
+        links = self.mechanism.links
+        carried, turning = list(start.carried), dict(start.turning)
+        for new in range(len(carried), len(links)):
+            added = links[new]
+            for i in self.mechanism.ancestors(new):
+                turning[i, new] = (
+                    links[i].cos * added.cos + links[i].sin * added.sin,
+                    links[i].sin * added.cos - links[i].cos * added.sin,
+                )
+                carried[i] = carried[i] + self.graph.sum(b.mass for b in added.bodies)
+            carried.append(self.graph.zero)
+        return _Grown(carried, turning)
 
     def _border(self, j: int) -> tuple[Node, Node]:
         """Column j of A and E without the factors of the row: S_j + L_j m and its slope, m the mass carried."""
-        link, mass = self.mechanism.links[j], self.carried[j]
+        link, mass = self.mechanism.links[j], self._grown.carried[j]
         first = self.graph.sum(b.mass * link.reach(b.alpha, b.beta) for b in link.bodies)
         slope = self.graph.sum(b.mass * b.beta for b in link.bodies)
         return first + mass * link.L, slope + mass * link.L1
 
     def _corner(self, j: int) -> tuple[Node, Node, Node]:
         """Diagonal elements of A, D and G: T_ν, X_ν, S''_ν when link j was new, increased by what it carries."""
-        link, mass = self.mechanism.links[j], self.carried[j]
+        link, mass = self.mechanism.links[j], self._grown.carried[j]
         turning, mixed, sliding = mass * link.L * link.L, mass * link.L * link.L1, mass * link.L1 * link.L1
         for body in link.bodies:
             r = link.reach(body.alpha, body.beta)
@@ -89,7 +107,7 @@ class RecursiveEquations(MechanismEquations):
         for j in range(m):
             A[j][j], D[j][j], G[j][j] = self._corner(j)
             H[j][j] = -D[j][j]
-        for (i, j), (c, s) in self._turning.items():
+        for (i, j), (c, s) in self._grown.turning.items():
             P, slope = borders[j]
             turn, slide = links[i].L, links[i].L1
             A[i][j] = A[j][i] = turn * P * c
@@ -137,7 +155,7 @@ class RecursiveEquations(MechanismEquations):
             _, mixed, second = self._corner(j)
             turning.append(mixed * (2 * (link.rate * link.length_rate)))
             sliding.append(second * self._given(link) - mixed * (link.rate * link.rate))
-        for (i, j), (c, s) in self._turning.items():
+        for (i, j), (c, s) in self._grown.turning.items():
             upper, lower = links[i], links[j]
             P, slope = borders[j]
             pull = slope * self._given(lower) - P * (lower.rate * lower.rate)
