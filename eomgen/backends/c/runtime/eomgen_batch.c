@@ -8,9 +8,11 @@
 #include "eomgen_real.h"
 
 #include <stdlib.h>
-#include <string.h>
+#if EOM_LANES_F64 == 8
+#include <immintrin.h>
+#endif
 
-enum { EOM_AHEAD = 512 }; /* bytes: 64 states of doubles */
+enum { EOM_AHEAD = 64 }; /* states that are fetched ahead of those being copied */
 enum { EOM_MAX_INPUTS = 8, EOM_MAX_STREAMS = 2, EOM_STACK_BYTES = 16384 };
 
 /* An operand: `size` elements at the address of its state plus `offset` of each. */
@@ -55,38 +57,83 @@ static int eom_operands(const eom_function *f, char **args, const intptr_t *step
 #define EOM_PASTE_(a, b) a##b
 #define EOM_PASTE(a, b) EOM_PASTE_(a, b)
 
+/* May lie outside the array, where a prefetch is harmless and a pointer is not. */
+EOM_INLINE const void *eom_ahead(const char *at, intptr_t bytes) { return (const void *)((uintptr_t)at + (uintptr_t)bytes); }
+
 #define EOM_UNROLLED _Pragma("GCC unroll 8")
 
-/* Square transposes of doubles by exchanging halves, quarters, ... of pairs of vectors. */
-#if EOM_HAS(__builtin_shufflevector) && EOM_LANES_F64 == 8
-#define EOM_SWAP(a, b, l0, l1, l2, l3, l4, l5, l6, l7, h0, h1, h2, h3, h4, h5, h6, h7)                                  \
-    do {                                                                                                               \
-        eom_f64v low = __builtin_shufflevector(a, b, l0, l1, l2, l3, l4, l5, l6, l7);                                  \
-        b = __builtin_shufflevector(a, b, h0, h1, h2, h3, h4, h5, h6, h7);                                             \
-        a = low;                                                                                                       \
-    } while (0)
-#define EOM_SWAP4(a, b) EOM_SWAP(a, b, 0, 1, 2, 3, 8, 9, 10, 11, 4, 5, 6, 7, 12, 13, 14, 15)
-#define EOM_SWAP2(a, b) EOM_SWAP(a, b, 0, 1, 8, 9, 4, 5, 12, 13, 2, 3, 10, 11, 6, 7, 14, 15)
-#define EOM_SWAP1(a, b) EOM_SWAP(a, b, 0, 8, 2, 10, 4, 12, 6, 14, 1, 9, 3, 11, 5, 13, 7, 15)
-EOM_INLINE void eom_transpose_f64(eom_f64v t[8])
-{
-    EOM_UNROLLED for (int i = 0; i < 4; i++) EOM_SWAP4(t[i], t[i + 4]);
-    EOM_UNROLLED for (int i = 0; i < 8; i += 4)
-        EOM_UNROLLED for (int j = i; j < i + 2; j++) EOM_SWAP2(t[j], t[j + 2]);
-    EOM_UNROLLED for (int i = 0; i < 8; i += 2) EOM_SWAP1(t[i], t[i + 1]);
-}
-#define EOM_TRANSPOSE eom_transpose_f64
-#elif EOM_HAS(__builtin_shufflevector) && EOM_LANES_F64 == 4
+/* Four columns of rows of doubles, to vectors over the rows and back: EOM_LANES_F64 rows, `step` doubles apart. A half
+ * vector has four elements of a row; each half is a square that is transposed within it. */
+#if EOM_HAS(__builtin_shufflevector) && EOM_LANES_F64 >= 4
+#define EOM_ROWS 1
+typedef double eom_four_f64 __attribute__((vector_size(32), aligned(8), may_alias));
+
+#if EOM_LANES_F64 == 8
+#define EOM_EVEN 0, 8, 2, 10, 4, 12, 6, 14
+#define EOM_ODD 1, 9, 3, 11, 5, 13, 7, 15
+#define EOM_LOW 0, 1, 8, 9, 4, 5, 12, 13
+#define EOM_HIGH 2, 3, 10, 11, 6, 7, 14, 15
+#else
+#define EOM_EVEN 0, 4, 2, 6
+#define EOM_ODD 1, 5, 3, 7
+#define EOM_LOW 0, 1, 4, 5
+#define EOM_HIGH 2, 3, 6, 7
+#endif
+
 EOM_INLINE void eom_transpose_f64(eom_f64v t[4])
 {
-    eom_f64v a = __builtin_shufflevector(t[0], t[2], 0, 1, 4, 5), b = __builtin_shufflevector(t[1], t[3], 0, 1, 4, 5);
-    eom_f64v c = __builtin_shufflevector(t[0], t[2], 2, 3, 6, 7), d = __builtin_shufflevector(t[1], t[3], 2, 3, 6, 7);
-    t[0] = __builtin_shufflevector(a, b, 0, 4, 2, 6);
-    t[1] = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-    t[2] = __builtin_shufflevector(c, d, 0, 4, 2, 6);
-    t[3] = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+    eom_f64v a = __builtin_shufflevector(t[0], t[1], EOM_EVEN), b = __builtin_shufflevector(t[0], t[1], EOM_ODD);
+    eom_f64v c = __builtin_shufflevector(t[2], t[3], EOM_EVEN), d = __builtin_shufflevector(t[2], t[3], EOM_ODD);
+    t[0] = __builtin_shufflevector(a, c, EOM_LOW);
+    t[1] = __builtin_shufflevector(b, d, EOM_LOW);
+    t[2] = __builtin_shufflevector(a, c, EOM_HIGH);
+    t[3] = __builtin_shufflevector(b, d, EOM_HIGH);
 }
-#define EOM_TRANSPOSE eom_transpose_f64
+
+EOM_INLINE void eom_load_four_f64(const double *row, intptr_t step, eom_f64v *to, int streams)
+{
+    eom_f64v t[4];
+    EOM_UNROLLED for (int i = 0; i < 4; i++)
+#if EOM_LANES_F64 == 8
+        t[i] = _mm512_insertf64x4(_mm512_castpd256_pd512(_mm256_loadu_pd(row + i * step)),
+                                  _mm256_loadu_pd(row + (i + 4) * step), 1);
+#else
+        t[i] = *(const eom_four_f64 *)(row + i * step);
+#endif
+    eom_transpose_f64(t);
+    EOM_UNROLLED for (int i = 0; i < 4; i++) to[i * streams] = t[i];
+}
+
+/* One column. Lanes are put in place as they are loaded: the unit that moves values between lanes is the busiest. */
+EOM_INLINE eom_f64v eom_load_column_f64(const double *row, intptr_t step)
+{
+    eom_f64v t[4];
+    EOM_UNROLLED for (int i = 0; i < 4; i++) {
+#if EOM_LANES_F64 == 8
+        t[i] = _mm512_castpd128_pd512(_mm_load_sd(row + i * step));
+        t[i] = _mm512_mask_broadcastsd_pd(t[i], 0x10, _mm_load_sd(row + (i + 4) * step));
+#else
+        t[i] = (eom_f64v){row[i * step]};
+#endif
+    }
+    eom_transpose_f64(t);
+    return t[0];
+}
+
+EOM_INLINE void eom_store_four_f64(double *row, intptr_t step, const eom_f64v *from, int streams)
+{
+    eom_f64v t[4];
+    EOM_UNROLLED for (int i = 0; i < 4; i++) t[i] = from[i * streams];
+    eom_transpose_f64(t);
+    EOM_UNROLLED for (int i = 0; i < 4; i++) {
+#if EOM_LANES_F64 == 8
+        _mm256_storeu_pd(row + i * step, _mm512_castpd512_pd256(t[i]));
+        _mm256_storeu_pd(row + (i + 4) * step, _mm512_extractf64x4_pd(t[i], 1));
+#else
+        *(eom_four_f64 *)(row + i * step) = t[i];
+#endif
+    }
+}
 #endif
 
 #define EOM_TYPE f64

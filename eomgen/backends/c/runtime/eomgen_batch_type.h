@@ -1,8 +1,8 @@
 /* eomgen_batch_type.h: the loop of eomgen_batch.c for one type; included once per type.
  *
- * Expects EOM_TYPE (the scalar's suffix), EOM_VECTOR (the vector's suffix) and EOM_WIDTH (its lanes); EOM_TRANSPOSE,
- * if there is one, transposes a square of vectors in place. A block has `streams` vectors per element, side
- * by side.
+ * Expects EOM_TYPE (the scalar's suffix), EOM_VECTOR (the vector's suffix) and EOM_WIDTH (its lanes); EOM_ROWS, if it
+ * is defined, says that rows are transposed four columns at a time. A block has `streams` vectors per element,
+ * side by side.
  */
 #define SCALAR EOM_PASTE(eom_, EOM_TYPE)
 #define VECTOR EOM_PASTE(eom_, EOM_VECTOR)
@@ -97,135 +97,142 @@ static void FN(eom_store_strided)(const eom_operand *o, char *first, int count, 
         FN(eom_scatter)(o, first + lane * o->step, (const SCALAR *)from + lane, streams * EOM_WIDTH);
 }
 
-/* Every element is adjacent from state to state ("Fortran order"): a vector is a vector. */
-static void FN(eom_load_vectors)(const eom_operand *o, const char *first, VECTOR *to, int streams)
+/* Every element is adjacent from state to state ("Fortran order"): a vector is a vector. Many rows are more streams
+ * than the hardware follows, so the place of a later block is asked for. */
+EOM_INLINE void FN(eom_load_vectors)(const eom_operand *o, const char *first, VECTOR *to, int streams, int blocks)
 {
-    for (int i = 0; i < o->rows; i++)
-        for (int j = 0; j < o->columns; j++, to += streams)
-            memcpy(to, first + i * o->row + j * o->column, sizeof(VECTOR));
-}
-
-/* The same for a block of two whole vectors and elements in one row. Many rows are more streams than the hardware
- * follows, so the place of a later block is asked for. */
-static void FN(eom_load_pairs)(const eom_operand *o, const char *first, VECTOR *to)
-{
-    for (int i = 0; i < o->rows; i++, first += o->row, to += 2) {
-        __builtin_prefetch(first + EOM_AHEAD);
-        __builtin_prefetch(first + EOM_AHEAD + 64);
-        to[0] = ((const FN(eom_loose) *)first)[0];
-        to[1] = ((const FN(eom_loose) *)first)[1];
+    const int rows = o->rows, columns = o->columns;
+    const intptr_t row = o->row, column = o->column;
+    for (int i = 0; i < rows; i++, first += row) {
+        const char *at = first;
+        for (int j = 0; j < columns; j++, at += column, to += streams)
+            EOM_UNROLLED for (int h = 0; h < blocks; h++) {
+                if (h * sizeof(VECTOR) % 64 == 0) __builtin_prefetch(eom_ahead(at, EOM_AHEAD * sizeof(SCALAR) + h * sizeof(VECTOR)));
+                to[h] = ((const FN(eom_loose) *)at)[h];
+            }
     }
 }
 
-static void FN(eom_store_pairs)(const eom_operand *o, char *first, const VECTOR *from)
+EOM_INLINE void FN(eom_store_vectors)(const eom_operand *o, char *first, const VECTOR *from, int streams, int blocks)
 {
-    for (int i = 0; i < o->rows; i++, first += o->row, from += 2) {
-        __builtin_prefetch(first + EOM_AHEAD, 1);
-        __builtin_prefetch(first + EOM_AHEAD + 64, 1);
-        ((FN(eom_loose) *)first)[0] = from[0];
-        ((FN(eom_loose) *)first)[1] = from[1];
+    const int rows = o->rows, columns = o->columns;
+    const intptr_t row = o->row, column = o->column;
+    for (int i = 0; i < rows; i++, first += row) {
+        char *at = first;
+        for (int j = 0; j < columns; j++, at += column, from += streams)
+            EOM_UNROLLED for (int h = 0; h < blocks; h++) {
+                if (h * sizeof(VECTOR) % 64 == 0) __builtin_prefetch(eom_ahead(at, EOM_AHEAD * sizeof(SCALAR) + h * sizeof(VECTOR)), 1);
+                ((FN(eom_loose) *)at)[h] = from[h];
+            }
     }
 }
 
-static int FN(eom_has_pairs)(const eom_operand *o, intptr_t left, int streams)
+#ifdef EOM_ROWS
+/* Rows of n adjacent elements, `step` scalars apart, to vectors over the rows. */
+EOM_INLINE void FN(eom_load_rows)(const SCALAR *first, int n, intptr_t step, VECTOR *to, int streams, int blocks)
 {
-    return streams == 2 && o->step == sizeof(SCALAR) && o->columns == 1 && left >= 2 * EOM_WIDTH;
+    for (int h = 0; h < blocks; h++, first += EOM_WIDTH * step, to++) {
+        int e = 0;
+        for (; e + 4 <= n; e += 4) eom_load_four_f64(first + e, step, to + e * streams, streams);
+        for (; e < n; e++) to[e * streams] = eom_load_column_f64(first + e, step);
+    }
 }
 
-static void FN(eom_store_vectors)(const eom_operand *o, char *first, const VECTOR *from, int streams)
+EOM_INLINE void FN(eom_store_rows)(SCALAR *first, int n, intptr_t step, const VECTOR *from, int streams, int blocks)
 {
-    for (int i = 0; i < o->rows; i++)
-        for (int j = 0; j < o->columns; j++, from += streams)
-            memcpy(first + i * o->row + j * o->column, from, sizeof(VECTOR));
-}
-
-#ifdef EOM_TRANSPOSE
-/* Rows of n adjacent elements, `step` scalars apart, to vectors over the rows. Tiles of EOM_WIDTH elements are
- * transposed in registers; the last tile overlaps the one before. Rows shorter than a tile are read past their end
- * as far as the block of rows goes, which needs step == n. */
-static void FN(eom_load_rows)(const SCALAR *first, int n, intptr_t step, VECTOR *to, int streams)
-{
-    VECTOR tile[EOM_WIDTH];
-    if (n >= EOM_WIDTH) {
-        for (int e = 0; e < n; e += EOM_WIDTH) {
-            if (e > n - EOM_WIDTH) e = n - EOM_WIDTH;
-            EOM_UNROLLED for (int lane = 0; lane < EOM_WIDTH; lane++)
-                tile[lane] = *(const FN(eom_loose) *)(first + lane * step + e);
-            EOM_TRANSPOSE(tile);
-            EOM_UNROLLED for (int k = 0; k < EOM_WIDTH; k++) to[(e + k) * streams] = tile[k];
+    for (int h = 0; h < blocks; h++, first += EOM_WIDTH * step, from++) {
+        int e = 0;
+        for (; e + 4 <= n; e += 4) eom_store_four_f64(first + e, step, from + e * streams, streams);
+        for (; e < n; e++) {
+            const SCALAR *column = (const SCALAR *)(from + e * streams);
+            EOM_UNROLLED for (int lane = 0; lane < EOM_WIDTH; lane++) first[lane * step + e] = column[lane];
         }
-        return;
     }
-    int last = EOM_WIDTH * n - EOM_WIDTH; /* the last place from which a whole tile can be read */
-    SCALAR ends[2 * EOM_WIDTH];
-    memcpy(ends, first + last, EOM_WIDTH * sizeof(SCALAR));
-    EOM_UNROLLED for (int lane = 0; lane < EOM_WIDTH; lane++)
-        tile[lane] = *(const FN(eom_loose) *)(lane * n <= last ? first + lane * n : ends + (lane * n - last));
-    EOM_TRANSPOSE(tile);
-    for (int k = 0; k < n; k++) to[k * streams] = tile[k];
 }
 
 static int FN(eom_has_rows)(const eom_operand *o)
 {
-    return o->dense && (o->size >= EOM_WIDTH || o->step == (intptr_t)(o->size * sizeof(SCALAR))) && o->size > 0 &&
-           o->step % (intptr_t)sizeof(SCALAR) == 0;
-}
-
-static void FN(eom_store_rows)(SCALAR *first, int n, intptr_t step, const VECTOR *from, int streams)
-{
-    VECTOR tile[EOM_WIDTH];
-    if (n >= EOM_WIDTH) {
-        for (int e = 0; e < n; e += EOM_WIDTH) {
-            if (e > n - EOM_WIDTH) e = n - EOM_WIDTH;
-            EOM_UNROLLED for (int k = 0; k < EOM_WIDTH; k++) tile[k] = from[(e + k) * streams];
-            EOM_TRANSPOSE(tile);
-            EOM_UNROLLED for (int lane = 0; lane < EOM_WIDTH; lane++)
-                *(FN(eom_loose) *)(first + lane * step + e) = tile[lane];
-        }
-        return;
-    }
-    EOM_UNROLLED for (int k = 0; k < EOM_WIDTH; k++) tile[k] = from[(k < n ? k : 0) * streams];
-    EOM_TRANSPOSE(tile);
-    EOM_UNROLLED for (int lane = 0; lane < EOM_WIDTH; lane++) {
-        /* What is written past a row's end is written again by the rows after it. */
-        if (lane * n + EOM_WIDTH <= EOM_WIDTH * n)
-            *(FN(eom_loose) *)(first + lane * n) = tile[lane];
-        else
-            for (int k = 0; k < n; k++) first[lane * n + k] = tile[lane][k];
-    }
+    return o->dense && o->step % (intptr_t)sizeof(SCALAR) == 0;
 }
 #endif
+
+/* Asks for the rows of the next block, if they are adjacent: a row is in no pattern that the hardware follows. */
+EOM_INLINE void FN(eom_fetch_rows)(const eom_operand *o, const char *first, int blocks, const int write)
+{
+    if (o->step != (intptr_t)sizeof(SCALAR) * o->size) return;
+    int bytes = blocks * EOM_WIDTH * (int)o->step;
+    for (int i = 0; i < bytes; i += 64)
+        if (write)
+            __builtin_prefetch(eom_ahead(first, bytes + i), 1);
+        else
+            __builtin_prefetch(eom_ahead(first, bytes + i));
+}
+
+/* `blocks` whole vectors of states; constants where they are inlined. */
+EOM_INLINE void FN(eom_load_blocks)(const eom_operand *o, const char *first, VECTOR *to, int streams, int blocks)
+{
+    if (o->step == sizeof(SCALAR)) {
+        FN(eom_load_vectors)(o, first, to, streams, blocks);
+        return;
+    }
+#ifdef EOM_ROWS
+    if (FN(eom_has_rows)(o)) {
+        FN(eom_fetch_rows)(o, first, blocks, 0);
+        FN(eom_load_rows)((const SCALAR *)first, o->size, o->step / (intptr_t)sizeof(SCALAR), to, streams, blocks);
+        return;
+    }
+#endif
+    for (int h = 0; h < blocks; h++) FN(eom_load_strided)(o, first + h * EOM_WIDTH * o->step, EOM_WIDTH, to + h, streams);
+}
+
+EOM_INLINE void FN(eom_store_blocks)(const eom_operand *o, char *first, const VECTOR *from, int streams, int blocks)
+{
+    if (o->step == sizeof(SCALAR)) {
+        FN(eom_store_vectors)(o, first, from, streams, blocks);
+        return;
+    }
+#ifdef EOM_ROWS
+    if (FN(eom_has_rows)(o)) {
+        FN(eom_fetch_rows)(o, first, blocks, 1);
+        FN(eom_store_rows)((SCALAR *)first, o->size, o->step / (intptr_t)sizeof(SCALAR), from, streams, blocks);
+        return;
+    }
+#endif
+    for (int h = 0; h < blocks; h++) FN(eom_store_strided)(o, first + h * EOM_WIDTH * o->step, EOM_WIDTH, from + h, streams);
+}
+
+static void FN(eom_load_whole)(const eom_operand *o, intptr_t state, VECTOR *to, int streams)
+{
+    const char *first = o->base + state * o->step;
+    if (streams == 2)
+        FN(eom_load_blocks)(o, first, to, 2, 2);
+    else
+        FN(eom_load_blocks)(o, first, to, 1, 1);
+}
+
+static void FN(eom_store_whole)(const eom_operand *o, intptr_t state, const VECTOR *from, int streams)
+{
+    char *first = o->base + state * o->step;
+    if (streams == 2)
+        FN(eom_store_blocks)(o, first, from, 2, 2);
+    else
+        FN(eom_store_blocks)(o, first, from, 1, 1);
+}
 
 static void FN(eom_load)(const eom_operand *o, intptr_t state, int count, VECTOR *to, int streams)
 {
-    const char *first = o->base + state * o->step;
-    if (count == EOM_WIDTH && o->step == sizeof(SCALAR)) {
-        FN(eom_load_vectors)(o, first, to, streams);
-        return;
-    }
-#ifdef EOM_TRANSPOSE
-    if (count == EOM_WIDTH && FN(eom_has_rows)(o)) {
-        FN(eom_load_rows)((const SCALAR *)first, o->size, o->step / (intptr_t)sizeof(SCALAR), to, streams);
-        return;
-    }
-#endif
-    FN(eom_load_strided)(o, first, count, to, streams);
+    if (count == EOM_WIDTH)
+        FN(eom_load_blocks)(o, o->base + state * o->step, to, streams, 1);
+    else
+        FN(eom_load_strided)(o, o->base + state * o->step, count, to, streams);
 }
 
 static void FN(eom_store)(const eom_operand *o, intptr_t state, int count, const VECTOR *from, int streams)
 {
-    char *first = o->base + state * o->step;
-    if (count == EOM_WIDTH && o->step == sizeof(SCALAR)) {
-        FN(eom_store_vectors)(o, first, from, streams);
-        return;
-    }
-#ifdef EOM_TRANSPOSE
-    if (count == EOM_WIDTH && FN(eom_has_rows)(o)) {
-        FN(eom_store_rows)((SCALAR *)first, o->size, o->step / (intptr_t)sizeof(SCALAR), from, streams);
-        return;
-    }
-#endif
-    FN(eom_store_strided)(o, first, count, from, streams);
+    if (count == EOM_WIDTH)
+        FN(eom_store_blocks)(o, o->base + state * o->step, from, streams, 1);
+    else
+        FN(eom_store_strided)(o, o->base + state * o->step, count, from, streams);
 }
 
 /* Blocks of `streams` vectors of states; lanes past the end repeat the last state. */
@@ -242,27 +249,26 @@ static void FN(eom_run_lanes)(const eom_function *f, const eom_kernels *k, const
             FN(eom_load_strided)(&operand[i], operand[i].base, EOM_WIDTH, copies[i] + h, streams);
     }
     VECTOR *work = out + result->size * streams;
-    for (intptr_t block = 0; block < states; block += streams * EOM_WIDTH) {
-        int count[EOM_MAX_STREAMS], whole[EOM_MAX_INPUTS + 2];
-        intptr_t first[EOM_MAX_STREAMS];
-        for (int i = 0; i < f->inputs; i++) {
-            whole[i] = operand[i].step == 0 || FN(eom_has_pairs)(&operand[i], states - block, streams);
-            if (whole[i] && operand[i].step != 0)
-                FN(eom_load_pairs)(&operand[i], operand[i].base + block * operand[i].step, copies[i]);
-        }
-        for (int h = 0; h < streams; h++) {
-            intptr_t left = states - block - h * EOM_WIDTH;
-            count[h] = left >= EOM_WIDTH ? EOM_WIDTH : left > 0 ? (int)left : 0;
-            first[h] = count[h] ? block + h * EOM_WIDTH : states - 1;
-            for (int i = 0; i < f->inputs; i++)
-                if (!whole[i]) FN(eom_load)(&operand[i], first[h], count[h] ? count[h] : 1, copies[i] + h, streams);
-        }
-        ((FN(eom_lanes) *)k->lanes)(inputs, p, c, out, work);
-        if (FN(eom_has_pairs)(result, states - block, streams))
-            FN(eom_store_pairs)(result, result->base + block * result->step, out);
-        else
-            for (int h = 0; h < streams; h++) FN(eom_store)(result, first[h], count[h], out + h, streams);
+    FN(eom_lanes) *kernel = (FN(eom_lanes) *)k->lanes;
+    intptr_t block = 0, whole = streams * EOM_WIDTH;
+    for (; block + whole <= states; block += whole) {
+        for (int i = 0; i < f->inputs; i++)
+            if (operand[i].step != 0) FN(eom_load_whole)(&operand[i], block, copies[i], streams);
+        kernel(inputs, p, c, out, work);
+        FN(eom_store_whole)(result, block, out, streams);
     }
+    if (block == states) return;
+    int count[EOM_MAX_STREAMS];
+    intptr_t first[EOM_MAX_STREAMS];
+    for (int h = 0; h < streams; h++) {
+        intptr_t left = states - block - h * EOM_WIDTH;
+        count[h] = left >= EOM_WIDTH ? EOM_WIDTH : left > 0 ? (int)left : 0;
+        first[h] = count[h] ? block + h * EOM_WIDTH : states - 1;
+        for (int i = 0; i < f->inputs; i++)
+            if (operand[i].step != 0) FN(eom_load)(&operand[i], first[h], count[h] ? count[h] : 1, copies[i] + h, streams);
+    }
+    kernel(inputs, p, c, out, work);
+    for (int h = 0; h < streams; h++) FN(eom_store)(result, first[h], count[h], out + h, streams);
 }
 #endif
 
@@ -438,4 +444,4 @@ void FN(eom_rollout_euler)(char **args, const intptr_t *dimensions, const intptr
 #undef EOM_TYPE
 #undef EOM_VECTOR
 #undef EOM_WIDTH
-#undef EOM_TRANSPOSE
+#undef EOM_ROWS
