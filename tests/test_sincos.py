@@ -28,7 +28,7 @@ RUNTIME = HERE.parent / "eomgen" / "backends" / "c" / "runtime"
 LIMIT = 2.0**20
 FLAGS = ("-O2", "-std=c11", "-ffp-contract=off", "-Wall", "-Wextra")
 TYPES = ("f64", "f64v", "f32", "f32v")
-CLAIMED = {"f64": 0.78, "f64v": 0.78, "f32": 0.6, "f32v": 0.6, "f80": 1.0}  # ulp, as the header states
+CLAIMED = {"f64": 0.94, "f64v": 0.94, "f32": 0.6, "f32v": 0.6, "f80": 1.0}  # ulp, as the header states
 CLAIMED_UNFUSED = {"f64": 0.9, "f64v": 0.9}  # where the target has no fused multiply-add
 
 needs_arb = pytest.mark.skipif(flint is None, reason="python-flint is not installed: nothing to certify errors with")

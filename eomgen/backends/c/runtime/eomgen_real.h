@@ -202,8 +202,8 @@ EOM_INLINE eom_f32v eom_fma_f32v(eom_f32v a, eom_f32v b, eom_f32v c)
  *
  * eom_sincos_T(x, &s, &c).  Largest error, in units in the last place of the exact value:
  *
- *   f64, f64v   |x| <= 2^20: 0.78 ulp (0.9 where no operations are fused) by analysis of the rounding of every step;
- *               0.73 (0.79) the worst of 8 10^6 arguments measured with ball arithmetic (tests/test_sincos.py)
+ *   f64, f64v   |x| <= 2^20: 0.94 ulp (0.9 where no operations are fused) by analysis of the rounding of every step;
+ *               0.89 (0.79) the worst of 10^6 arguments measured with ball arithmetic (tests/test_sincos.py)
  *   f32, f32v   |x| <= 2^20: 0.6 ulp; computed in double, rounded to float once
  *   f80, and all types beyond 2^20: that of libm's sin and cos
  *
@@ -220,12 +220,15 @@ EOM_INLINE eom_f32v eom_fma_f32v(eom_f32v a, eom_f32v b, eom_f32v c)
  * close as 2^-60.5 to a multiple of pi/2 (29 pi/2 = 45.55...), so the reduction must be right to about 2^-115: pi/2 is
  * cut into parts P1 + P2 + ..., each short enough that the operations marked "exact" are.
  *
- * Polynomials.  y = -r^2/2 (negative, so that every coefficient of sine has one sign, every one of cosine another).
- *     sin(hi - tail) = hi - (hi y S(y) + tail (1 + y))
- *     cos(hi - tail) = (1 + y) + (y^2 C(y) + hi tail)
+ * Polynomials (EOM_COMPOSE).  y = -r^2/2 (negative, so that every coefficient of sine has one sign, every one of
+ * cosine another), r being hi - tail or, where the difference is below the error, hi.
+ *     sin(hi - tail) = hi - (hi y S(y) + tail cos(hi))
+ *     cos(hi - tail) = 1 + (y + hi tail) (1 + y C(y)), y of hi
  * S and C are minimax polynomials of degree 5 on |r| <= pi/4 (Remez exchange in 50 digits; then coefficient after
  * coefficient rounded to double and the rest fitted again): relative errors 2^-57.9 of the sine, 2^-63.9 of the cosine.
- * The sum w = 1 + y is rounded and e = (1 - w) + y is its error; where operations are fused, neither has y rounded.
+ * Where operations are fused, y + hi tail is rounded once, and tail stands for tail cos(hi), an error of 0.15 ulp.
+ * Where they are not, the roundings of y and of the products would make more than 1 ulp: the sum w = 1 + y is rounded,
+ * e = (1 - w) + y is its error, and cosine is w + (y^2 C(y) + (hi tail + e)); w also is cos(hi) of the sine.
  * For x = -0, tail is +0 and hi - (0 + 0) = -0.
  *
  * Exchange and signs.  Bits 0 and 1 of k, shifted to the place of the sign, are `odd` and `half`: odd k exchanges sine
@@ -249,6 +252,9 @@ EOM_INLINE eom_f32v eom_fma_f32v(eom_f32v a, eom_f32v b, eom_f32v c)
     V hi = FMA(k, SET(-EOM_P2), r1);           /* r1 - k P2, rounded */                                               \
     V tail = FMA(k, SET(EOM_P2), hi - r1);     /* what that rounding lost: exact (Fast2Sum) */                        \
     tail = FMA(k, SET(EOM_P3), tail)           /* |k P3| < 2^-67 */
+#define EOM_COMPOSE(V, FMA, SET, r, tail, h, y, s, c)                                                                 \
+    s = r - FMA(y * r, s, tail);                                                                                      \
+    c = FMA(FMA(h, r, r * tail), FMA(y, c, SET(1.0)), SET(1.0))
 #else
 /* pi/2 = P1 + P2 + P3 + P4 with an error of 2^-159.9; 33, 33, 33 and 53 bits, so that k P1, k P2, k P3 are exact. */
 #define EOM_P1 0x1.921fb544p+0
@@ -263,6 +269,10 @@ EOM_INLINE eom_f32v eom_fma_f32v(eom_f32v a, eom_f32v b, eom_f32v c)
     V t3 = k * SET(EOM_P3) + t2;                                                                                      \
     V hi = r2 - t3;                            /* anew, for where r2 cancels down to the size of k P3 */              \
     V tail = k * SET(EOM_P4) + ((hi - r2) + t3)
+#define EOM_COMPOSE(V, FMA, SET, r, tail, h, y, s, c)                                                                 \
+    V w = SET(1.0) + y, e = (SET(1.0) - w) + y;                                                                       \
+    s = r - FMA(y * r, s, tail * w);                                                                                  \
+    c = w + FMA(y * y, c, FMA(r, tail, e))
 #endif
 
 /* Sine and cosine of the sign-free sums s and c for the quadrant in the low bits of n. */
@@ -290,9 +300,7 @@ EOM_INLINE eom_f32v eom_fma_f32v(eom_f32v a, eom_f32v b, eom_f32v c)
         c = FMA(y, c, SET(0x1.a01a019c8f254p-12));                                                                    \
         c = FMA(y, c, SET(0x1.6c16c16c15015p-7));                                                                     \
         c = FMA(y, c, SET(0x1.555555555554bp-3)); /* C(0) = 1/6 */                                                    \
-        V w = FMA(h, r, SET(1.0)), e = FMA(h, r, SET(1.0) - w);                                                       \
-        s = r - FMA(y * r, s, tail * w);                                                                              \
-        c = w + FMA(y * y, c, FMA(r, tail, e));                                                                       \
+        EOM_COMPOSE(V, FMA, SET, r, tail, h, y, s, c);                                                                \
         EOM_QUADRANT(V, I, (I)n, s, c, sine, cosine);                                                                 \
     }                                                                                                                 \
     EOM_INLINE void eom_sincosf_near_##T(V x, V *sine, V *cosine)                                                     \
