@@ -202,8 +202,8 @@ def test_singular_states_are_nan_and_raise(accuracy: str, compiled: Compiled) ->
 
 @pytest.mark.parametrize(("accuracy", "most"), [("fast", 2e-4), ("high", 1e-14)])
 def test_loops(accuracy: str, most: float) -> None:
-    """A chain in loops computes what the straight-line code of standard accuracy does."""
-    scene = tree("chain12", line(12), ("rigid", "point-masses") * 6)
+    """A tree in loops computes what the straight-line code of standard accuracy does."""
+    scene = tree("branches12", (-1, 0, 1, 1, 3, 4, 4, 6, 7, 8, 9, 9), ("rigid", "point-masses") * 6)
     names = ["forward_dynamics", "mass_matrix", "energy"]
     looped = pipeline.compile(scene, "articulated", loops=True, accuracy=accuracy, functions=names)
     straight = pipeline.compile(scene, "articulated", "numpy", loops=False, functions=names)

@@ -61,7 +61,9 @@ class _Check:
             counts = {number: block.count for number, block in enumerate(step.parts)}
             assert turns == counts, f"{step.title!r}: the turns {dict(turns)} are not the iterations {counts}"
             assert not any(block.inner for block in step.parts), f"{step.title!r}: a loop inside takes no turns"
-        if isinstance(step, Block) and not {p.array for p in step.loads.values()} & {s.place.array for s in step.stores}:
+        if isinstance(step, Block) and not {p.array for p in step.loads.values()} & {
+            s.place.array for s in step.stores
+        }:
             self._all_at_once(step)
         else:
             for block, k, i in step.iterations():

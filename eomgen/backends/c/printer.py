@@ -80,11 +80,12 @@ class CPrinter:
 
     def store(self, array: str, index: str, value: Text, add: bool) -> str:
         """The statement that puts a value into an array, or adds it to what is there."""
+        sign = "+=" if add else "="
         if self.kinds[array] == "constants":
-            return f"EACH {array}[{index}] = {value.text};"
+            return f"EACH {array}[{index}] {sign} {value.text};"
         scalar = value.text.removeprefix("-") in self.scalars
         text = f"R({value.text})" if scalar else value.text
-        return f"EACH {array}[{index}][h] {'+=' if add else '='} {text};"
+        return f"EACH {array}[{index}][h] {sign} {text};"
 
 
 class FastPrinter(CPrinter):
@@ -134,11 +135,10 @@ class FastPrinter(CPrinter):
         return [f"single {sine}, {cosine}; {call}, &{sine}, &{cosine});"]
 
     def store(self, array: str, index: str, value: Text, add: bool) -> str:
-        if self.kinds[array] == "constants":
-            return f"{array}[{index}] = {value.text};"
         if self.kinds[array] == "output":
             return f"WIDEN({array}[{index}], R({value.text}));"
-        return f"{array}[{index}] {'+=' if add else '='} R({value.text});"
+        text = value.text if self.kinds[array] == "constants" else f"R({value.text})"
+        return f"{array}[{index}] {'+=' if add else '='} {text};"
 
 
 class HighPrinter:
