@@ -1,4 +1,4 @@
-"""The back ends from hand-made programs: every operation, loops, columns, one state and many, every type."""
+"""The back ends from hand-made programs: every operation, loops, pairs, turns, one state and many, every type."""
 
 import importlib.util
 import itertools
@@ -17,7 +17,7 @@ from eomgen.backends import cache
 from eomgen.errors import OptionError
 from eomgen.ir.expr import BINARY, LEAVES, UNARY, Graph, Node, reachable
 from eomgen.ir.interpret import Digits, Floats, run
-from eomgen.ir.program import Array, Block, Place, Program, Store, straight
+from eomgen.ir.program import Array, Block, Inner, Place, Program, Store, Turns, needed, straight
 from eomgen.ir.statements import decimal
 from eomgen.model import Model
 from eomgen.passes import chunk
@@ -128,38 +128,43 @@ def loop(links: int = 6) -> Program:
     return Program("loop", "sums over a tree", inputs, output, blocks, scratch=(sums,))
 
 
-def square(n: int = 4) -> Program:
-    """A matrix by columns: q_i a_i plus a running sum of p² a."""
-    graph = Graph()
-    q, p, a, run_ = (graph.symbol(name) for name in ("q", "p", "a", "sum"))
-    names = tuple(range(n))
-    once = Block("squares", {p: Place("p", names)}, (Store(Place("squares", names), p * p),), n)
-    start = Block("start", {}, (Store(Place("sums", (0,)), graph.zero),))
-    each = Block(
-        "sums",
-        {run_: Place("sums", names), a: Place("a", names), p: Place("squares", names)},
-        (Store(Place("sums", tuple(i + 1 for i in names)), run_ + a * p),),
+PARENTS = (-1, 0, 0, 2, 2, 4)
+
+
+def square() -> Program:
+    """A symmetric matrix: q_i p_j + sin q_j for i above j in a tree, zero for other branches."""
+    graph, n = Graph(), len(PARENTS)
+    upper, lower, p, own = (graph.symbol(name) for name in ("upper", "lower", "p", "own"))
+    every, rest, rows = range(n), (0,) * n, range(0, n * n, n)
+    zero = Block("zeros", {}, (Store(Place("out", range(n * n)), graph.zero),), n * n)
+    diagonal = Block("diagonal", {own: Place("q", every)}, (Store(Place("out", range(0, n * n, n + 1)), own),), n)
+    element = upper * p + graph.sin(lower)
+    pairs = Block(
+        "pairs",
+        {upper: Place("q", rest, every), lower: Place("q", every), p: Place("p", every)},
+        (Store(Place("out", every, rows), element), Store(Place("out", rows, every), element)),
         n,
+        Inner(PARENTS, PARENTS),
     )
-    fill = Block(
-        "column",
-        {q: Place("q", names), a: Place("a", names), run_: Place("sums", tuple(i + 1 for i in names))},
-        (Store(Place("column", names), q * a + run_),),
-        n,
-    )
-    inputs = tuple(Array(letter, (n,), "input", tuple(f"{letter}{i}" for i in names)) for letter in "qp")
-    scratch = tuple(
-        Array(name, (size,), "work") for name, size in (("squares", n), ("sums", n + 1), ("a", n), ("column", n))
-    )
-    return Program(
-        "square",
-        "a matrix by columns",
-        inputs,
-        Array("out", (n, n), "output"),
-        (once,),
-        columns=(start, each, fill),
-        scratch=scratch,
-    )
+    inputs = tuple(Array(letter, (n,), "input", tuple(f"{letter}{i}" for i in every)) for letter in "qp")
+    return Program("square", "a matrix by pairs", inputs, Array("out", (n, n), "output"), (zero, diagonal, pairs))
+
+
+def turns() -> Program:
+    """From the root of a tree to its tips, a number at every link that two kinds of links pass on differently."""
+    graph, kinds = Graph(), (0, 2, 1, 2, 1, 2)
+    q, p, above = (graph.symbol(name) for name in ("q", "p", "above"))
+    values = q * p, above + q * (p * p), above * graph.cos(q) - p
+    blocks: list[Block] = []
+    for kind, value in enumerate(values):
+        links = [i for i in range(6) if kinds[i] == kind]
+        places = {q: Place("q", links), p: Place("p", links), above: Place("down", [PARENTS[i] for i in links])}
+        stores = Store(Place("down", links), value), Store(Place("out", [5 - i for i in links]), value * q)
+        blocks.append(needed(Block(f"kind {kind}", places, stores, len(links))))
+    inputs = tuple(Array(letter, (6,), "input", tuple(f"{letter}{i}" for i in range(6))) for letter in "qp")
+    step = Turns("root to tips", tuple(blocks), kinds)
+    scratch = (Array("down", (6,), "work"),)
+    return Program("turns", "two kinds of links", inputs, Array("out", (6,), "output"), (step,), scratch=scratch)
 
 
 def only(name: str) -> Program:
@@ -177,6 +182,7 @@ PROGRAMS: dict[str, Callable[[], Program]] = {
     "coverage": coverage,
     "loop": loop,
     "square": square,
+    "turns": turns,
     "still": lambda: only("still"),
 }
 
@@ -276,7 +282,7 @@ def test_every_type_has_its_own_precision(modules: dict[str, ModuleType], name: 
 
 @pytest.mark.parametrize("dtype", ["float32", "longdouble"])
 @pytest.mark.parametrize("backend", backends.BACKENDS)
-@pytest.mark.parametrize("name", ["loop", "square", "still"])
+@pytest.mark.parametrize("name", ["loop", "square", "turns", "still"])
 def test_loops_in_every_type(modules: dict[str, ModuleType], name: str, backend: str, dtype: str) -> None:
     program = PROGRAMS[name]()
     values = arguments(program, dtype=dtype)

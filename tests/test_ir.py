@@ -2,7 +2,8 @@
 
 import math
 import random
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -18,7 +19,20 @@ from eomgen.ir.derivative import Tape
 from eomgen.ir.equations import solve
 from eomgen.ir.expr import BINARY, UNARY, Graph, Node, reachable
 from eomgen.ir.interpret import Digits, Floats, PrimeField, evaluate, fingerprint, run
-from eomgen.ir.program import Array, Block, Place, Program, Store, dimensions, flatten, needed, straight
+from eomgen.ir.program import (
+    Array,
+    Block,
+    Inner,
+    Place,
+    Program,
+    Store,
+    Turns,
+    dimensions,
+    flatten,
+    needed,
+    straight,
+    take_turns,
+)
 from eomgen.ir.schedule import order
 from eomgen.ir.text import dump
 from eomgen.ir.verify import verify
@@ -642,38 +656,99 @@ def test_loops_are_counted_by_iteration(graph: Graph) -> None:
     }
 
 
-def a_square(graph: Graph, n: int = 3) -> Program:
-    """The matrix whose column j is p_i a_i q_j for the unit vector a, column by column."""
-    a, q, p = graph.symbol("a"), graph.symbol("q"), graph.symbol("p")
-    names = tuple(range(n))
-    body = Block(
-        "column",
-        {a: Place("a", names), q: Place("q", names), p: Place("p", names)},
-        (Store(Place("column", names), a * (p * p) + q),),
-        n,
+def pairs(graph: Graph, n: int = 3) -> Program:
+    """The symmetric matrix of p_i² q_j for i < j, over a diagonal of ones, along the list of what is below j."""
+    upper, lower = graph.symbol("p"), graph.symbol("q")
+    every, rows, below = range(n), range(0, n * n, n), range(-1, n - 1)
+    element = upper * upper * lower
+    blocks = (
+        Block("zeros", {}, (Store(Place("out", range(n * n)), graph.zero),), n * n),
+        Block("ones", {}, (Store(Place("out", range(0, n * n, n + 1)), graph.one),), n),
+        Block(
+            "pairs",
+            {upper: Place("p", (0,) * n, every), lower: Place("q", every)},
+            (Store(Place("out", every, rows), element), Store(Place("out", rows, every), element)),
+            n,
+            Inner(below, below),
+        ),
     )
-    return Program(
-        "f",
-        "a function",
-        tuple(Array(x, (n,), "input", tuple(f"{x}{i}" for i in names)) for x in "qp"),
-        Array("out", (n, n), "output"),
-        (),
-        columns=(body,),
-        scratch=(Array("a", (n,), "work"), Array("column", (n,), "work")),
-    )
+    inputs = tuple(Array(x, (n,), "input", tuple(f"{x}{i}" for i in every)) for x in "qp")
+    return Program("f", "a function", inputs, Array("out", (n, n), "output"), blocks)
 
 
-def test_columns(graph: Graph) -> None:
-    program = a_square(graph)
+def test_a_loop_inside(graph: Graph) -> None:
+    program = pairs(graph)
     inputs = {"q": [10.0, 20.0, 30.0], "p": [1.0, 2.0, 3.0]}
-    expected = [11, 10, 10, 20, 24, 20, 30, 30, 39]
+    expected = [1, 20, 30, 20, 1, 120, 30, 120, 1]
     verify(program)
     assert run(program, inputs, Floats()) == expected
-    assert program_operations(program)["state"] == {"mul": 2 * 9, "add": 9}
+    assert program_operations(program)["state"] == {"mul": 2 * 3}
+    assert [*program.blocks[2].iterations()] == [(program.blocks[2], k, i) for k, i in ((1, 0), (2, 1), (2, 0))]
     hoisted = hoist.run(program)
     verify(hoisted)
     assert run(hoisted, inputs, Floats()) == expected
-    assert program_operations(hoisted) == {"state": {"mul": 9, "add": 9}, "parameters": {"mul": 3}}
+    assert "k = 0..2, i = k - 1, then i - 1" in dump(program)
+
+
+def taking_turns(graph: Graph, order: Sequence[int] = (0, 1, 1, 0, 1)) -> Program:
+    """A running product of q_i p_i² (first kind) or q_i + p_i² (second kind) along five links of two kinds."""
+    q, p, before = (graph.symbol(name) for name in ("q", "p", "before"))
+    blocks: list[Block] = []
+    for kind, factor in enumerate((q * (p * p), q + p * p)):
+        links = [i for i, turn in enumerate(order) if turn == kind]
+        loads = {q: Place("q", links), p: Place("p", links), before: Place("product", links)}
+        stores = (
+            Store(Place("product", [i + 1 for i in links]), before * factor),
+            Store(Place("out", links), before * factor),
+        )
+        blocks.append(Block(f"kind {kind}", loads, stores, len(links)))
+    n = len(order)
+    start = Block("start", {}, (Store(Place("product", (0,)), graph.one),))
+    inputs = tuple(Array(x, (n,), "input", tuple(f"{x}{i}" for i in range(n))) for x in "qp")
+    steps = (start, Turns("all links", tuple(blocks), tuple(order)))
+    scratch = (Array("product", (n + 1,), "work"),)
+    return Program("f", "a function", inputs, Array("out", (n,), "output"), steps, scratch=scratch)
+
+
+def test_loops_in_turns(graph: Graph) -> None:
+    program = taking_turns(graph)
+    inputs = {"q": [2.0, 1.0, 0.5, 4.0, 1.0], "p": [1.0, 2.0, 1.5, 1.0, 0.0]}
+    expected = [2.0, 10.0, 27.5, 110.0, 110.0]
+    verify(program)
+    assert run(program, inputs, Floats()) == expected
+    assert program_operations(program)["state"] == {"mul": 2 * 3 + 3 * 2, "add": 3}
+    hoisted = hoist.run(program)
+    verify(hoisted)
+    assert run(hoisted, inputs, Floats()) == expected
+    assert program_operations(hoisted) == {"state": {"mul": 2 * 2 + 3, "add": 3}, "parameters": {"mul": 5}}
+    assert [len(step.parts) for step in (*hoisted.constants, *hoisted.blocks)] == [2, 1, 2]
+    assert "all links, 2 loops in turns" in dump(program)
+    assert exact_run(hoisted) == exact_run(program)
+
+
+def test_turns_out_of_order_are_refused(graph: Graph) -> None:
+    """An iteration that reads what a later one computes, and turns that are not the iterations."""
+    start, step = taking_turns(graph).blocks
+    for order, message in (((1, 0, 1, 0, 1), "which has no value"), ((0, 1, 1, 0), "are not the iterations")):
+        program = replace(taking_turns(graph), blocks=(start, replace(step, order=order)))
+        with pytest.raises(AssertionError, match=message):
+            verify(program)
+
+
+def test_loops_merge_where_they_have_something_to_store(graph: Graph) -> None:
+    start, step = taking_turns(graph).blocks
+    first, second = step.parts
+    assert take_turns("t", [first, replace(second, stores=())], step.order) == first
+    assert take_turns("t", [replace(first, stores=())], ()) is None
+    merged = take_turns("t", [start, first, second], (0, *(turn + 1 for turn in step.order)))
+    assert merged == Turns("t", (start, first, second), (0, 1, 2, 2, 1, 2))
+    assert take_turns("t", [replace(start, stores=()), first, second], merged.order) == replace(step, title="t")
+
+
+def test_a_zero_is_replaced_once(graph: Graph) -> None:
+    program = pairs(graph)
+    with pytest.raises(AssertionError, match="stored twice"):
+        verify(replace(program, blocks=(*program.blocks, program.blocks[1])))
 
 
 def test_order_is_a_schedule() -> None:

@@ -5,7 +5,7 @@ import itertools
 import random
 import re
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from types import ModuleType
 
@@ -92,9 +92,49 @@ def random_tree(seed: int) -> Scene:
     return tree("random", parents, models, lengths, hanging, numbers.choice([9.81, 0.0]), springs)
 
 
+def mixed_tree(seed: int, count: int = 16, few: Sequence[str] = ()) -> Scene:
+    """A tree in which kinds of links alternate at random: every loop takes turns with others."""
+    numbers = random.Random(seed)
+    models = [numbers.choice(few or sorted(LINK_TYPES)) for _ in range(count)]
+    back = numbers.choice([1, 3, count])
+    parents = [-1, *(numbers.randint(max(0, i - back), i - 1) for i in range(1, count))]
+    if seed % 4 == 0 and count > 4:
+        parents[count // 2] = -1
+    modes = numbers.choice([["free"], ["free", "prescribed"], ["free", "prescribed", 0.6]])
+    lengths = [None if model == "rigid" else numbers.choice(modes) for model in models]
+    hanging = [i for i in range(count) if seed % 2 and i in parents and numbers.random() < 0.2]
+    springs = {
+        i: {**(ALONG if isinstance(lengths[i], str) else {}), **JOINT}
+        for i in range(count)
+        if seed % 3 == 0 and numbers.random() < 0.3
+    }
+    return tree("mixed", parents, models, lengths, hanging, numbers.choice([9.81, 0.0]), springs)
+
+
+def in_turns(program: Program) -> bool:
+    """Whether loops of a program take turns."""
+    return any(isinstance(step, Turns) for step in program.blocks)
+
+
 @pytest.mark.parametrize("seed", range(40))
 def test_random_trees(seed: int) -> None:
     assert_loops_are_exact(random_tree(seed), fold=seed % 3 == 0)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_random_trees_in_turns(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However many links of a kind there are."""
+    monkeypatch.setattr(loops, "RUNS_PER_KIND", 0)
+    scene = mixed_tree(seed)
+    assert_loops_are_exact(scene, fold=seed % 5 == 0)
+    (program,) = pipeline.programs(articulated(scene), ["inverse_dynamics"], loops=True)
+    assert in_turns(program)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_cases_in_turns(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(loops, "RUNS_PER_KIND", 0)
+    assert_loops_are_exact(CASES[case])
 
 
 @pytest.mark.parametrize(
@@ -164,6 +204,24 @@ def test_random_trees_in_numpy(seed: int) -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("seed", range(3))
+def test_loops_in_turns_compiled(backend: str, seed: int) -> None:
+    """Three kinds at random, in both back ends, against straight-line code."""
+    scene = mixed_tree(seed, 40, few=("rigid", "telescopic", "point-masses"))
+    looped = eomgen.compile(scene, "articulated", backend, loops=True)
+    unrolled = eomgen.compile(scene, "articulated", "numpy", loops=False)
+    assert all("loops" in looped.info["forms"][name] for name in looped.info["operations"])
+    states = random_state(scene, seed, (19,))
+    for name in looped.info["operations"]:
+        expected, found = call(unrolled, name, states), call(looped, name, states)
+        atol = 1e-9 * np.abs(expected).max(initial=0)
+        np.testing.assert_allclose(found, expected, rtol=1e-6, atol=atol, err_msg=name)
+        if backend == "c":
+            alone = np.stack([call(looped, name, State(*(x[k] for x in states))) for k in range(19)])
+            assert alone.tobytes() == found.tobytes(), name
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
 def test_a_branching_tree_compiled(backend: str) -> None:
     """Parents by table, many children, and more links than the threshold."""
     numbers = random.Random(5)
@@ -174,7 +232,7 @@ def test_a_branching_tree_compiled(backend: str) -> None:
     a = call(module, "forward_dynamics", states)
     u = call(module, "inverse_dynamics", states._replace(a=a))
     np.testing.assert_allclose(u, states.u, rtol=0, atol=1e-9 * np.abs(a).max())
-    dense = eomgen.compile(scene, "matrix", "numpy", functions=["bias", "mass_matrix", "joints"])
+    dense = eomgen.compile(scene, "matrix", "numpy", functions=["bias", "mass_matrix", "joints"], loops=False)
     torques = np.einsum("sij,sj->si", call(dense, "mass_matrix", states), a) + call(dense, "bias", states)
     pushed = states.u.copy()
     for i, parent in enumerate(parents):
@@ -200,6 +258,8 @@ def test_a_thousand_links_compiled() -> None:
 
 # The text
 
+TABLE = re.compile(r" *static const (?:int at\d+|short turns)\[\] = .*\n")
+
 
 def c_text(equations: Equations, name: str) -> str:
     """The C of one function."""
@@ -213,8 +273,34 @@ def test_length_of_the_text(name: str, model: str) -> None:
     """A chain of 1000 links has the lines of a chain of 40; only numbers grow."""
     few, many = (c_text(articulated(chain(links, model)), name) for links in (40, 1000 if name in LINEAR else 200))
     assert few.count("\n") == many.count("\n")
-    assert len(many) < 1.1 * len(few)
-    assert "static const int" not in many
+    # The list of coordinates above one, of which a link of free length has two, is no arithmetic progression.
+    assert many.count("static const int") == 2 * (name == "mass_matrix" and model != "rigid")
+    assert len(TABLE.sub("", many)) < 1.1 * len(TABLE.sub("", few))
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("name", [*LINEAR, "mass_matrix"])
+def test_length_of_the_text_of_any_order(name: str, seed: int) -> None:
+    """A row for every kind, whatever the order of the links and however many there are: only tables grow."""
+    kinds = ("rigid", "telescopic", "point-masses")
+    sizes = (60, 240) if name == "mass_matrix" else (60, 240, 1000)
+    texts = []
+    for links in sizes:
+        numbers = random.Random(seed * links)
+        models = [*kinds, *(numbers.choice(kinds) for _ in range(links - 6)), *kinds]
+        # The first three are inside the tree, the last three are tips.
+        parents = [-1, 0, 1, 2, *(numbers.randrange(1, i) for i in range(4, links))]
+        texts.append(c_text(articulated(tree("any", parents, models)), name))
+    assert len({text.count("\n") for text in texts}) == 1
+    assert all(len(TABLE.sub("", text)) < 1.1 * len(TABLE.sub("", texts[0])) for text in texts)
+
+
+def test_tables_are_shared() -> None:
+    """Indices that differ by a constant share a table, so tables are few beside what they index."""
+    (program,) = pipeline.programs(articulated(mixed_tree(2, 40)), ["forward_dynamics"], loops=True)
+    text = str(c_emit.function(program))
+    body = TABLE.sub("", text)
+    assert len(re.findall(r"at\d+\[k\]", body)) > 4 * len(TABLE.findall(text))
 
 
 TREES = {
@@ -262,7 +348,7 @@ def test_folded_numbers_tell_links_apart() -> None:
     equal, unequal = chain(30, "rigid"), tree("unequal", line(30), "rigid")
     for scene, count in ((equal, 3), (unequal, 30)):
         (program,) = pipeline.programs(articulated(scene, fold=True), ["joints"], loops=True)
-        assert len(program.blocks) == count
+        assert len([*parts(program.blocks)]) == count
         (program,) = pipeline.programs(articulated(scene), ["joints"])
         assert len(program.blocks) == 3
 
@@ -272,10 +358,13 @@ def test_parents_by_table() -> None:
     numbers = random.Random(2)
     parents = [-1, *(numbers.randrange(i) for i in range(1, 60))]
     (program,) = pipeline.programs(articulated(tree("bush", parents, "rigid")), ["joints"], loops=True)
-    reads = [place.indices for block in program.blocks for place in block.loads.values() if place.array == "x_down"]
-    assert [index for indices in reads for index in indices] == parents[1:]
+    assert in_turns(program)
+    reads = [
+        place.indices for block in parts(program.blocks) for place in block.loads.values() if place.array == "x_down"
+    ]
+    assert sorted(index for indices in reads for index in indices) == sorted(parents[1:])
     irregular = {indices for indices in reads if len({b - a for a, b in itertools.pairwise(indices)}) > 1}
-    assert irregular
+    assert len(irregular) == 2  # inside the tree, and tips
     tables = re.findall(r"static const int at\d+\[\] = \{([\d, ]+)\};", str(c_emit.function(program)))
     assert {", ".join(map(str, indices)) for indices in irregular} <= {*tables}
 
@@ -312,13 +401,14 @@ def test_loops_cost_about_what_straight_line_code_costs(case: str, name: str) ->
 # Every index in the C text
 
 INDEX = re.compile(r"\[([^\[\]]*)\]")
-AFFINE = re.compile(r"(k|h|\d+|-k|-?\d+ \* k|\d+ [+-] (k|\d+ \* k)|at\d+\[k\]|i( \* \d+ \+ j)?|j)?$")
+TERM = r"(\d+ [+-] )?(\d+ \* )?[ki]( [+-] \d+)?"
+AFFINE = re.compile(rf"(h|\d+|{TERM}|{TERM} \+ {TERM}|turn|turns\[turn\])?$")
 
 
 def assert_sound(text: str) -> None:
     """Indices are affine in the loop variable or from a table, and a fused multiply-add has three operands."""
-    body = re.sub(r"/\*.*?\*/|static const int .*", "", text, flags=re.DOTALL)
-    for index in INDEX.findall(re.sub(r"at\d+\[k\]", "k", body)):
+    body = re.sub(r"/\*.*?\*/", "", TABLE.sub("", text), flags=re.DOTALL)
+    for index in INDEX.findall(re.sub(r"at\d+\[([ki])\]", r"\1", body)):
         assert AFFINE.match(index), index
     for start in (found.end() for found in re.finditer(r"FMA\(", body)):
         depth, commas = 1, 0
@@ -342,8 +432,9 @@ def test_indices_with_strides(model: str, parents: Sequence[int]) -> None:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_indices_of_random_trees(seed: int) -> None:
-    for program in pipeline.programs(articulated(random_tree(seed)), loops=True):
+@pytest.mark.parametrize("scene", [random_tree, mixed_tree])
+def test_indices_of_random_trees(scene: Callable[[int], Scene], seed: int) -> None:
+    for program in pipeline.programs(articulated(scene(seed)), loops=True):
         assert_sound(str(c_emit.function(program)))
 
 
@@ -361,11 +452,33 @@ def test_from_how_many_links() -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_other_methods_have_no_loops(method: str) -> None:
-    equations = eomgen.derive(chain(choice.LOOPED_FROM, "rigid"), method)
-    assert not any(map(repeats, pipeline.programs(equations, ["joints", "energy"])))
-    with pytest.raises(OptionError, match=f"^loops over links need method 'articulated', not '{method}'$"):
-        pipeline.programs(equations, loops=True)
+def test_loops_are_those_of_the_recursion(method: str) -> None:
+    """The formulas of a method stand in straight-line code; from the threshold on they give way to loops."""
+    below, above = (eomgen.derive(chain(choice.LOOPED_FROM - less, "rigid"), method) for less in (1, 0))
+    names = [*LINEAR[1:], "mass_matrix"]
+    assert not any(map(repeats, pipeline.programs(below, names)))
+    looped = pipeline.programs(above, names)
+    assert [dump(program) for program in looped] == [
+        dump(program) for program in pipeline.programs(articulated(chain(choice.LOOPED_FROM, "rigid")), names)
+    ]
+    assert {program.form for program in looped} == {"recursion in loops over links"}
+    own = pipeline.programs(above, names, loops=False)
+    assert not any(map(repeats, own))
+    assert not any(program.form for program in own)
+    forward, bias = pipeline.programs(above, ["forward_dynamics", "bias"], solver="dense")
+    assert (forward.form, repeats(forward), repeats(bias)) == ("dense elimination", False, True)
+
+
+def test_runs_or_turns() -> None:
+    """Long runs are loops of their own, one after the other; kinds that alternate take turns."""
+    runs, alternating = ["rigid"] * 20 + ["telescopic"] * 20, ["rigid", "telescopic"] * 20
+    for models, expected in ((runs, False), (alternating, True)):
+        scene = tree("kinds", line(40), models)
+        (program,) = pipeline.programs(articulated(scene), ["joints"])
+        assert in_turns(program) == expected
+        assert sum(block.count for block in parts(program.blocks)) == 40
+    assert [len(step.parts) for step in program.blocks] == [4]  # root, tip, and the two kinds between
+    assert program.blocks[0].order == (0, *(1, 2) * 19, 3)
 
 
 def assert_refused(kind: type[EomgenError], message: str, scene: Scene, method: str, **options: object) -> None:
@@ -393,14 +506,19 @@ def test_unknown_solver(method: str, solver: object) -> None:
 @pytest.mark.parametrize("method", METHODS)
 def test_too_many_links_for_pairs(method: str) -> None:
     links = choice.MOST_DENSE_LINKS + 1
-    message = f"^{links} links by method '{method}' would write down {links * (links + 1) // 2} pairs of links; .*"
-    assert_refused(UnsupportedError, message + "use method 'articulated'", chain(links, "rigid"), method)
+    message = f"^joints of {links} links by method '{method}' would write down {links * (links + 1) // 2} pairs of .*"
+    own = {"loops": False, "functions": ["joints"]}
+    assert_refused(UnsupportedError, message + "use method 'articulated'", chain(links, "rigid"), method, **own)
+    message = message.replace("joints", "forward_dynamics")
+    assert_refused(UnsupportedError, message, chain(links, "rigid"), method, solver="dense")
 
 
-def test_a_thousand_links_by_the_matrix_method() -> None:
-    """Half a million pairs are refused before they are derived."""
-    message = "^1000 links by method 'matrix' would write down 500500 pairs of links; allowed: up to 300; use method"
-    assert_refused(UnsupportedError, message, chain(1000, "rigid"), "matrix")
+@pytest.mark.parametrize("method", METHODS)
+def test_a_thousand_links_by_any_method(method: str) -> None:
+    """No pair of links is written down."""
+    built = pipeline.programs(eomgen.derive(chain(1000, "rigid"), method))
+    assert all(map(repeats, built))
+    assert sum(len(dump(program)) for program in built) < 30_000
 
 
 @pytest.mark.parametrize("name", ["jacobian", "parameter_jacobian", "regressor"])
