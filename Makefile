@@ -25,6 +25,8 @@ bench: $(VENV)/.bench
 	$(BIN)/eomgen bench table1
 	$(BIN)/eomgen bench speed
 	$(BIN)/eomgen bench pareto
+	$(BIN)/eomgen bench stability
+	$(BIN)/eomgen bench claims
 
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

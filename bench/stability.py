@@ -61,7 +61,8 @@ class Problem(NamedTuple):
         steps: numbers of steps of the compiled rollout.
         method: the derivation.
         conserved: whether its energy is.
-        radau: the tolerances of Radau, which takes many small steps where a problem is not stiff.
+        radau: the tolerances of Radau, which takes many small steps where a problem is not stiff; none where there is
+            no Jacobian, which is not written as loops over links.
     """
 
     name: str
@@ -115,12 +116,12 @@ def problems() -> list[Problem]:
         flight(),
         Problem("springs of 1e6 N/m, 1 s", springs(0.0), stiff, rest, 1.0, _powers(3, 6, 0.5)),
         Problem(
-            "springs of 1e6 N/m, damped, 0.25 s", springs(1e4), stiff, rest, 0.25, _powers(3.5, 5.5, 0.5),
+            "springs of 1e6 N/m, damped, 0.25 s", springs(1e4), stiff, rest, 0.25, _powers(2.5, 5.5, 0.5),
             conserved=False, radau=(1e-3, 1e-5, 1e-7, 1e-9, 1e-11),
         ),
         Problem(
             "100 links from rest, 0.2 s", eomgen.chain(100, "rigid"), hundred, (0.0,) * 100, 0.2, _powers(1.5, 4, 0.5),
-            method="articulated", radau=(1e-3, 1e-5, 1e-7),
+            method="articulated", radau=(),
         ),
     ]  # fmt: skip
 
@@ -281,12 +282,12 @@ def _slope(model: Any, n: int) -> Callable[[float, Array], Array]:
 
 
 def by_scipy(method: str, problem: Problem, model: Any, tolerance: float) -> Run:
-    """`solve_ivp`; implicit methods get the compiled Jacobian."""
+    """`solve_ivp`; implicit methods get the compiled Jacobian if there is one."""
     from scipy.integrate import solve_ivp
 
     n, start = len(problem.q), np.array([*problem.q, *problem.v])
     field = _field(model, n)
-    options = {} if method == "DOP853" else {"jac": _slope(model, n)}
+    options = {"jac": _slope(model, n)} if problem.radau and method != "DOP853" else {}
 
     def run() -> Array:
         found = solve_ivp(field, (0.0, problem.end), start, method=method, rtol=tolerance, atol=tolerance, **options)
@@ -410,7 +411,8 @@ def measure(quick: bool) -> dict[str, Any]:
     for problem in quick_problems() if quick else problems():
         exact = reference(problem, stored)
         records.append(exact)
-        model = eomgen.compile(problem.scene, problem.method, functions=["forward_dynamics", "energy", "jacobian"])
+        functions = ["forward_dynamics", "energy", *(["jacobian"] if problem.radau else [])]
+        model = eomgen.compile(problem.scene, problem.method, functions=functions)
         for who, integrator in INTEGRATORS.items():
             settings = integrator.settings(problem)
             for record in sweep(problem, model, who, settings[::2] if quick else settings, exact["state"]):
@@ -430,15 +432,15 @@ def sweep(problem: Problem, model: Any, who: str, settings: Sequence[float], exa
     for setting in settings:
         record: Record = {"problem": problem.name, "who": who, "setting": setting, "problem_met": ""}
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("error")
+            with warnings.catch_warnings(), np.errstate(all="ignore"):
+                warnings.simplefilter("error", UserWarning)
                 run = INTEGRATORS[who].make(problem, model, setting)
                 times, found = [], np.array([])
                 while not times or (sum(times) < ENOUGH and len(times) < REPEATS):
                     start = time.perf_counter()
                     found = run()
                     times.append(time.perf_counter() - start)
-        except (ArithmeticError, UnsupportedError, UserWarning, RuntimeWarning) as error:
+        except (ArithmeticError, UnsupportedError, UserWarning) as error:
             yield {**record, "problem_met": one_line(str(error), 120)}
             if isinstance(error, UnsupportedError):
                 return
@@ -540,9 +542,9 @@ def render(data: Data) -> str:
         "## Target",
         *target(data),
         "## References",
-        "The difference is that of two solutions with different digits, orders and steps. Growth: where every number of "
-        "the initial state is larger by one eps of itself, the state at the end is off by eps × growth, in the measure "
-        "of the error. From an initial state that is rounded no integrator can be expected to do better.",
+        "The difference is that of two solutions with different digits, orders and steps. Growth: where every number "
+        "of the initial state is larger by one eps of itself, the state at the end is off by eps × growth, in the "
+        "measure of the error. From an initial state that is rounded no integrator can be expected to do better.",
         _references(data),
     ]
     for name in data.references:

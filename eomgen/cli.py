@@ -154,7 +154,7 @@ def _parser() -> argparse.ArgumentParser:
     made.add_argument("--json", metavar="FILE", help="write the certified errors to this file")
 
     command("bench", "run a benchmark suite of a checkout").add_argument(
-        "suite", metavar="SUITE", help="a suite of bench/: table1, speed, pareto"
+        "suite", metavar="SUITE", help="a suite of bench/: table1, speed, pareto, stability, claims"
     )
     return parser
 
