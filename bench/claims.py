@@ -79,7 +79,7 @@ def conservative_scenes() -> dict[str, Scene]:
 def energy_drift(scene: Scene, rolled: int = 20_000) -> Record:
     """How far the energy moves in a second, over the largest kinetic or potential energy on the way.
 
-    By DOP853 at its tightest tolerance at 50 times, and by the compiled rollout with many steps at the end.
+    By DOP853 at 50 times, and by the compiled rollout with many steps at the end.
     """
     model = eomgen.compile(scene, functions=["forward_dynamics", "energy"])
     m, n = len(scene.links), len(model.q_names)

@@ -603,7 +603,9 @@ def plot(data: Data, path: Path) -> None:
         )
         axis.set(xscale="log", yscale="log", title=name, xlabel="error of the state at the end")
         axis.grid(True, which="major", color="0.85", linewidth=0.6)
-        axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: report.seconds(value).replace(".00", "")))
+        axis.yaxis.set_major_formatter(
+            FuncFormatter(lambda value, _: report.seconds(value).replace(".00", "").replace(".0 ", " "))
+        )
         axis.yaxis.set_minor_formatter(NullFormatter())
     for axis in axes.flat[len(names) :]:
         axis.set_axis_off()
