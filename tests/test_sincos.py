@@ -261,11 +261,11 @@ def test_parts_of_half_pi():
 
 
 def test_lanes_agree_with_scalars_to_the_bit(builds):
-    """In every lane position, beside every sort of neighbour: huge, infinite, NaN."""
+    """In every lane position, beside every sort of neighbour: huge, infinite, NaN; also two angles at once."""
     special = [np.inf, -np.inf, np.nan, 1e30, -1e15, 3e38, 0.0, -0.0, 1e-45, LIMIT, -LIMIT]
     for build in builds:
-        for kind in ("f64v", "f32v"):
-            x = arguments(2000, single=kind == "f32v", seed=2)
+        for kind in TYPES:
+            x = arguments(2000, single=kind.startswith("f32"), seed=2)
             rare = np.concatenate([x, special])
             often = np.concatenate([np.tile(special, 20), x[::16]])
             for values in (x[np.abs(x) <= LIMIT], rare, often):

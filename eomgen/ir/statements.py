@@ -9,7 +9,7 @@ import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from eomgen.ir.expr import Node
 from eomgen.ir.program import Block, Place
@@ -38,15 +38,29 @@ class Text:
     factors: tuple[str, str] | None = None
 
 
+class Sine(NamedTuple):
+    """An angle and the names of its sine and its cosine, None where one is not used."""
+
+    angle: str
+    sine: str | None
+    cosine: str | None
+
+
 class Printer(Protocol):
-    """The rules of a language."""
+    """The rules of a language.
+
+    Attributes:
+        sines: how many angles at most one call of `sincos` gets.
+    """
+
+    sines: int
 
     def load(self, array: str, index: str) -> str: ...
     def named(self, name: str) -> str: ...
     def constant(self, node: Node) -> Text: ...
     def operation(self, node: Node, args: list[Text]) -> Text: ...
     def assign(self, name: str, text: str) -> str: ...
-    def sincos(self, angle: str, sine: str | None, cosine: str | None) -> list[str]: ...
+    def sincos(self, sines: list[Sine]) -> list[str]: ...
 
 
 def statements(block: Block, printer: Printer, index: Callable[[Node], str]) -> tuple[list[str], dict[Node, Text]]:
@@ -83,20 +97,25 @@ def statements(block: Block, printer: Printer, index: Callable[[Node], str]) -> 
             texts[node] = found
         return found
 
+    def sine_of(angle: Node) -> Sine:
+        nonlocal counter
+        twins = {angle.graph.sin(angle): f"s{counter}", angle.graph.cos(angle): f"c{counter}"}
+        counter += 1
+        names = [name if twin in uses and twin not in block.loads else None for twin, name in twins.items()]
+        for twin, name in zip(twins, names, strict=True):
+            if name is not None:
+                texts[twin] = Text(printer.named(name), 3, 0, twin)
+        return Sine(text_of(angle).text, *names)
+
+    # Those whose sines are still to come, in the order of their first use; loaded ones are known from the start.
+    angles = list(dict.fromkeys(node.args[0] for node in nodes if node.op in ("sin", "cos")))
     for node in nodes:
         if node in texts:
             continue
-        if node.op == "sin" or node.op == "cos":
-            angle = node.args[0]
-            twins = {angle.graph.sin(angle): f"s{counter}", angle.graph.cos(angle): f"c{counter}"}
-            counter += 1
-            names = [name if twin in uses and twin not in block.loads else None for twin, name in twins.items()]
-            lines += printer.sincos(text_of(angle).text, *names)
-            texts |= {
-                twin: Text(printer.named(name), 3, 0, twin)
-                for twin, name in zip(twins, names, strict=True)
-                if name is not None
-            }
+        if node.op in ("sin", "cos"):
+            group = [angles[0], *(angle for angle in angles[1:] if angle in block.loads)][: printer.sines]
+            angles = [angle for angle in angles if angle not in group]
+            lines += printer.sincos([sine_of(angle) for angle in group])
             continue
         printed = printer.operation(node, [text_of(arg) for arg in node.args])
         if node.op != "neg" and (uses[node] > 1 or node.op in NAMED or printed.depth >= DEPTH):

@@ -6,11 +6,13 @@ from collections.abc import Sequence
 
 from eomgen.ir.expr import Node
 from eomgen.ir.program import Block, Place, Program, Turns
-from eomgen.ir.statements import Text, arithmetic, infix, statements
+from eomgen.ir.statements import Sine, Text, arithmetic, infix, statements
 
 
 class PlainPrinter:
     """Ordinary notation."""
+
+    sines = 1
 
     def load(self, array: str, index: str) -> str:
         return index
@@ -33,7 +35,8 @@ class PlainPrinter:
     def assign(self, name: str, text: str) -> str:
         return f"{name} = {text}"
 
-    def sincos(self, angle: str, sine: str | None, cosine: str | None) -> list[str]:
+    def sincos(self, sines: list[Sine]) -> list[str]:
+        [(angle, sine, cosine)] = sines
         pairs = ((sine, "sin"), (cosine, "cos"))
         return [f"{name} = {function}({angle})" for name, function in pairs if name]
 

@@ -27,6 +27,20 @@ static __attribute__((noinline)) void EOM_NAME(sincos)(const double *x, double *
     for (int i = 0; i < EOM_LANES; i++) s[i] = (double)out[0][i], c[i] = (double)out[1][i];
 }
 
+static __attribute__((noinline)) void EOM_NAME(pair)(const double *x, double *s, double *c)
+{
+    EOM_NAME(element) in[2][EOM_LANES], out[4][EOM_LANES];
+    eom_real v[2], r[4];
+    for (int i = 0; i < 2 * EOM_LANES; i++) in[i / EOM_LANES][i % EOM_LANES] = (EOM_NAME(element))x[i];
+    memcpy(v, in, sizeof v);
+    eom_sincos2(v[0], v[1], &r[0], &r[2], &r[1], &r[3]);
+    memcpy(out, r, sizeof r);
+    for (int i = 0; i < 2 * EOM_LANES; i++) {
+        s[i] = (double)out[i / EOM_LANES][i % EOM_LANES];
+        c[i] = (double)out[2 + i / EOM_LANES][i % EOM_LANES];
+    }
+}
+
 static __attribute__((noinline)) void EOM_NAME(pivot)(const double *d, const double *ref, double *inverse)
 {
     EOM_NAME(element) in[2][EOM_LANES], out[EOM_LANES];
@@ -109,12 +123,13 @@ typedef struct {
     const char *name;
     int lanes, size;
     void (*sincos)(const double *, double *, double *);
+    void (*pair)(const double *, double *, double *); /* of 2 x lanes */
     void (*pivot)(const double *, const double *, double *);
     void (*other)(const double *, const double *, const double *, double *);
     void (*many)(const void *, void *, void *, int);
 } type;
 
-#define TYPE(T) {#T, EOM_LANES_##T, sizeof(element_##T), sincos_##T, pivot_##T, other_##T, many_##T}
+#define TYPE(T) {#T, EOM_LANES_##T, sizeof(element_##T), sincos_##T, pair_##T, pivot_##T, other_##T, many_##T}
 static const type types[] = {TYPE(f64), TYPE(f64v), TYPE(f32), TYPE(f32v), TYPE(f80)};
 
 static double *input;
@@ -192,19 +207,22 @@ static void do_lanes(const type *t)
 {
     const type *scalar = t->size == sizeof(double) ? types : types + 2;
     double *s = malloc(count * sizeof *s), *c = malloc(count * sizeof *c);
-    size_t differ = 0, place[MOST], step = 0;
+    size_t differ = 0, place[2 * MOST], step = 0;
     if (!s || !c) exit(3);
     for (size_t i = 0; i < count; i++) scalar->sincos(input + i, s + i, c + i);
     for (size_t i = 0; i < count; i++)
         for (int at = 0; at < t->lanes; at++) {
-            double x[MOST], vs[MOST], vc[MOST];
-            for (int j = 0; j < t->lanes; j++) {
+            double x[2 * MOST], vs[2 * MOST], vc[2 * MOST];
+            for (int j = 0; j < 2 * t->lanes; j++) {
                 step = step * 6364136223846793005u + 1442695040888963407u;
                 place[j] = j == at ? i : (step >> 33) % count;
                 x[j] = input[place[j]];
             }
             t->sincos(x, vs, vc);
             for (int j = 0; j < t->lanes; j++)
+                differ += memcmp(vs + j, s + place[j], sizeof *s) || memcmp(vc + j, c + place[j], sizeof *c);
+            t->pair(x, vs, vc);
+            for (int j = 0; j < 2 * t->lanes; j++)
                 differ += memcmp(vs + j, s + place[j], sizeof *s) || memcmp(vc + j, c + place[j], sizeof *c);
         }
     printf("%zu\n", differ);

@@ -17,8 +17,8 @@ typedef eom_twofold_f64v many;
 static void scalar(const char *what, const one *x, one *out)
 {
     one unit = {1, 0};
-    if (!strcmp(what, "sincos")) eom_sincos2_f64(x[0], &out[0], &out[1]);
-    if (!strcmp(what, "invert")) out[0] = eom_pivot_inverse2_f64(x[0], unit);
+    if (!strcmp(what, "sincos")) eom_twofold_sincos_f64(x[0], &out[0], &out[1]);
+    if (!strcmp(what, "invert")) out[0] = eom_twofold_pivot_inverse_f64(x[0], unit);
     if (!strcmp(what, "add")) out[0] = eom_add22_f64(x[0], x[1]);
     if (!strcmp(what, "mul")) out[0] = eom_mul22_f64(x[0], x[1]);
     if (!strcmp(what, "div")) out[0] = eom_div22_f64(x[0], x[1]);
@@ -27,8 +27,8 @@ static void scalar(const char *what, const one *x, one *out)
 static void vector(const char *what, const many *x, many *out)
 {
     many unit = {eom_set_f64v(1), eom_set_f64v(0)};
-    if (!strcmp(what, "sincos")) eom_sincos2_f64v(x[0], &out[0], &out[1]);
-    if (!strcmp(what, "invert")) out[0] = eom_pivot_inverse2_f64v(x[0], unit);
+    if (!strcmp(what, "sincos")) eom_twofold_sincos_f64v(x[0], &out[0], &out[1]);
+    if (!strcmp(what, "invert")) out[0] = eom_twofold_pivot_inverse_f64v(x[0], unit);
     if (!strcmp(what, "add")) out[0] = eom_add22_f64v(x[0], x[1]);
     if (!strcmp(what, "mul")) out[0] = eom_mul22_f64v(x[0], x[1]);
     if (!strcmp(what, "div")) out[0] = eom_div22_f64v(x[0], x[1]);

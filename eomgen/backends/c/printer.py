@@ -12,7 +12,7 @@ from typing import Literal
 
 from eomgen.errors import UnsupportedError
 from eomgen.ir.expr import Node
-from eomgen.ir.statements import Text, decimal, infix, wrapped
+from eomgen.ir.statements import Sine, Text, decimal, infix, wrapped
 
 Kind = Literal["input", "output", "work", "constants", "p"]
 
@@ -32,7 +32,8 @@ class CPrinter:
 
     def __init__(self, kinds: Mapping[str, Kind], inline: bool = True) -> None:
         self.kinds = kinds
-        self.function = "SINCOS" if inline else "SINCOS_CALL"
+        self.inline = inline
+        self.sines = 2 if inline else 1
         self.scalars: set[str] = set()  # texts of scalars in functions that work on vectors
 
     def load(self, array: str, index: str) -> str:
@@ -74,9 +75,12 @@ class CPrinter:
     def assign(self, name: str, text: str) -> str:
         return f"pack {name}; EACH {name}[h] = {text};"
 
-    def sincos(self, angle: str, sine: str | None, cosine: str | None) -> list[str]:
-        sine, cosine = sine or f"{cosine}_sin", cosine or f"{sine}_cos"
-        return [f"pack {sine}, {cosine}; EACH {self.function}({angle}, &{sine}[h], &{cosine}[h]);"]
+    def sincos(self, sines: list[Sine]) -> list[str]:
+        function = "SINCOS2" if len(sines) == 2 else "SINCOS" if self.inline else "SINCOS_CALL"
+        angles = [angle for angle, _, _ in sines]
+        names = [name for _, sine, cosine in sines for name in (sine or f"{cosine}_sin", cosine or f"{sine}_cos")]
+        arguments = [*angles, *(f"&{name}[h]" for name in names)]
+        return [f"pack {', '.join(names)}; EACH {function}({', '.join(arguments)});"]
 
     def store(self, array: str, index: str, value: Text, add: bool) -> str:
         """The statement that puts a value into an array, or adds it to what is there."""
@@ -96,7 +100,7 @@ class FastPrinter(CPrinter):
     """
 
     def __init__(self, kinds: Mapping[str, Kind]) -> None:
-        super().__init__(kinds)
+        super().__init__(kinds, inline=False)
         self.arguments: dict[str, str] = {}  # text of an argument as a float -> as a pack
         self.differences: dict[str, str] = {}
 
@@ -124,7 +128,8 @@ class FastPrinter(CPrinter):
     def assign(self, name: str, text: str) -> str:
         return f"single {name} = {text};"
 
-    def sincos(self, angle: str, sine: str | None, cosine: str | None) -> list[str]:
+    def sincos(self, sines: list[Sine]) -> list[str]:
+        ((angle, sine, cosine),) = sines
         sine, cosine = sine or f"{cosine}_sin", cosine or f"{sine}_cos"
         if angle in self.arguments:
             call = f"SINCOS_ANGLE({self.arguments[angle]}"
@@ -146,6 +151,8 @@ class HighPrinter:
 
     What is a double exactly (an argument, a parameter, most numbers) enters as one: its sums and products cost less.
     """
+
+    sines = 1
 
     def __init__(self, kinds: Mapping[str, Kind]) -> None:
         self.kinds = kinds
@@ -215,7 +222,8 @@ class HighPrinter:
     def assign(self, name: str, text: str) -> str:
         return f"twofold {name} = {self._wide(text)};"
 
-    def sincos(self, angle: str, sine: str | None, cosine: str | None) -> list[str]:
+    def sincos(self, sines: list[Sine]) -> list[str]:
+        ((angle, sine, cosine),) = sines
         sine, cosine = sine or f"{cosine}_sin", cosine or f"{sine}_cos"
         return [f"twofold {sine}, {cosine}; SINCOS({self._wide(angle)}, &{sine}, &{cosine});"]
 

@@ -29,6 +29,7 @@ STANDARD_MACROS = """\
 #define K(x) ((scalar)x##L) /* a literal, read in the widest type */
 #define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
 #define SINCOS(x, s, c) eom_sincos(R(x), s, c)
+#define SINCOS2(x, y, sx, cx, sy, cy) eom_sincos2(R(x), R(y), sx, cx, sy, cy)
 #define SINCOS_CALL(x, s, c) eom_sincos_call(R(x), s, c)
 #define PIVOT_INVERSE(pivot, reference) eom_pivot_inverse(R(pivot), R(reference))
 #define SQRT(x) eom_sqrt(R(x))
@@ -54,8 +55,8 @@ HIGH_MACROS = """\
 #define DIV22 EOM_NAME(eom_div22)
 #define SCALE EOM_NAME(eom_scale)
 #define MINUS EOM_NAME(eom_minus)
-#define SINCOS EOM_NAME(eom_sincos2)
-#define PIVOT_INVERSE EOM_NAME(eom_pivot_inverse2)
+#define SINCOS EOM_NAME(eom_twofold_sincos)
+#define PIVOT_INVERSE EOM_NAME(eom_twofold_pivot_inverse)
 """
 
 FAST_ABOUT = """\

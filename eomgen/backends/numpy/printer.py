@@ -5,11 +5,13 @@ from __future__ import annotations
 from fractions import Fraction
 
 from eomgen.ir.expr import Node
-from eomgen.ir.statements import Text, decimal, infix
+from eomgen.ir.statements import Sine, Text, decimal, infix
 
 
 class NumPyPrinter:
     """The rules of Python with an array namespace xp."""
+
+    sines = 1
 
     def load(self, array: str, index: str) -> str:
         return f"{array}[{index}]"
@@ -34,7 +36,8 @@ class NumPyPrinter:
     def assign(self, name: str, text: str) -> str:
         return f"{name} = {text}"
 
-    def sincos(self, angle: str, sine: str | None, cosine: str | None) -> list[str]:
+    def sincos(self, sines: list[Sine]) -> list[str]:
+        [(angle, sine, cosine)] = sines
         pairs = ((sine, "sin"), (cosine, "cos"))
         return [f"{name} = xp.{function}({typed(angle)})" for name, function in pairs if name]
 

@@ -13,6 +13,7 @@
  *   eom_set_T(double a)              a in every lane
  *   eom_fma_T(a, b, c)               a b + c: rounded once where the target has an instruction for it, else twice
  *   eom_sincos_T(x, &s, &c)          sine and cosine, section 5
+ *   eom_sincos2_T(x, y, &sx, &cx, &sy, &cy)  those of two angles: the same values, scalars side by side
  *   eom_pivot_inverse_T(d, ref)      1/d if d > 16 EPS ref + MIN; else NaN and the `invalid` flag
  *   eom_sqrt_T, eom_exp_T, eom_log_T
  *
@@ -320,7 +321,7 @@ EOM_INLINE eom_f32v eom_fma_f32v(eom_f32v a, eom_f32v b, eom_f32v c)
 EOM_DEFINE_SINCOS_NEAR(f64x2, eom_f64x2, eom_i64x2, eom_fma_f64x2, eom_set_f64x2)
 EOM_DEFINE_SINCOS_NEAR(f64v, eom_f64v, eom_i64v, eom_fma_f64v, eom_set_f64v)
 
-/* Scalars: lane 0 of a pair; an addition of two lanes costs what one of one lane does. */
+/* Scalars: lane 0 of a pair; an addition of two lanes costs what one of one lane does, so that a second angle is free. */
 
 typedef struct {
     double s, c;
@@ -339,6 +340,28 @@ EOM_INLINE void eom_sincos_f64(eom_f64 x, eom_f64 *sine, eom_f64 *cosine)
         eom_sincos_near_f64x2((eom_f64x2){x, 0.0}, &s, &c);
         *sine = s[0];
         *cosine = c[0];
+    }
+}
+
+/* The same as a call, for code in which compile time counts more. */
+#define EOM_DEFINE_SINCOS_CALL(T)                                                                                     \
+    EOM_CALL void eom_sincos_call_##T(eom_##T x, eom_##T *sine, eom_##T *cosine) { eom_sincos_##T(x, sine, cosine); }
+
+EOM_DEFINE_SINCOS_CALL(f64)
+
+EOM_INLINE void eom_sincos2_f64(eom_f64 x, eom_f64 y, eom_f64 *sx, eom_f64 *cx, eom_f64 *sy, eom_f64 *cy)
+{
+    if (EOM_UNLIKELY(!__builtin_islessequal(__builtin_fabs(x), EOM_SINCOS_LIMIT) ||
+                     !__builtin_islessequal(__builtin_fabs(y), EOM_SINCOS_LIMIT))) {
+        eom_sincos_call_f64(x, sx, cx);
+        eom_sincos_call_f64(y, sy, cy);
+    } else {
+        eom_f64x2 s, c;
+        eom_sincos_near_f64x2((eom_f64x2){x, y}, &s, &c);
+        *sx = s[0];
+        *cx = c[0];
+        *sy = s[1];
+        *cy = c[1];
     }
 }
 
@@ -503,15 +526,23 @@ EOM_COLD void eom_sincos_far_f32v(const eom_f32v *x, eom_f32v *sine, eom_f32v *c
 EOM_DEFINE_SINCOS_VECTOR(f64v)
 EOM_DEFINE_SINCOS_VECTOR(f32v)
 
-/* The same as a call, for code in which compile time counts more. */
-#define EOM_DEFINE_SINCOS_CALL(T)                                                                                     \
-    EOM_CALL void eom_sincos_call_##T(eom_##T x, eom_##T *sine, eom_##T *cosine) { eom_sincos_##T(x, sine, cosine); }
-
-EOM_DEFINE_SINCOS_CALL(f64)
 EOM_DEFINE_SINCOS_CALL(f32)
 EOM_DEFINE_SINCOS_CALL(f80)
 EOM_DEFINE_SINCOS_CALL(f64v)
 EOM_DEFINE_SINCOS_CALL(f32v)
+
+
+#define EOM_DEFINE_SINCOS2(T)                                                                                         \
+    EOM_INLINE void eom_sincos2_##T(eom_##T x, eom_##T y, eom_##T *sx, eom_##T *cx, eom_##T *sy, eom_##T *cy)         \
+    {                                                                                                                 \
+        eom_sincos_##T(x, sx, cx);                                                                                    \
+        eom_sincos_##T(y, sy, cy);                                                                                    \
+    }
+
+EOM_DEFINE_SINCOS2(f32)
+EOM_DEFINE_SINCOS2(f80)
+EOM_DEFINE_SINCOS2(f64v)
+EOM_DEFINE_SINCOS2(f32v)
 
 
 /* ---- 6. Pivot ----------------------------------------------------------------------------------------------------
@@ -587,6 +618,7 @@ EOM_DEFINE_FUNCTION(log, log, logf, logl)
 #define eom_set EOM_JOIN(eom_set_, EOM_REAL)
 #define eom_fma EOM_JOIN(eom_fma_, EOM_REAL)
 #define eom_sincos EOM_JOIN(eom_sincos_, EOM_REAL)
+#define eom_sincos2 EOM_JOIN(eom_sincos2_, EOM_REAL)
 #define eom_sincos_call EOM_JOIN(eom_sincos_call_, EOM_REAL)
 #define eom_pivot_inverse EOM_JOIN(eom_pivot_inverse_, EOM_REAL)
 #define eom_sqrt EOM_JOIN(eom_sqrt_, EOM_REAL)

@@ -9,8 +9,9 @@
  *   eom_div22_T(a, b)                 quotient
  *   eom_scale_T(a, k)                 a k for a power of two k
  *   eom_minus_T(a)                    -a
- *   eom_sincos2_T(x, &s, &c)          sine and cosine
- *   eom_pivot_inverse2_T(d, ref)      1/d if d > 16 EPS^2 ref; else NaN and the `invalid` flag (section 6 of eomgen_real.h)
+ *   eom_twofold_sincos_T(x, &s, &c)   sine and cosine
+ *   eom_twofold_pivot_inverse_T(d, ref)   1/d if d > 16 EPS^2 ref + MIN; else NaN and the `invalid` flag, as in section 6
+ *                                     of eomgen_real.h
  *
  * With u = 2^-53 the largest relative errors are: sum of doubles and product of doubles 0; add21 2 u^2; add22 3 u^2 (also
  * where the operands cancel); mul21 2 u^2; mul22 4 u^2; div22 10 u^2 (Joldes, Muller, Popescu 2017; inverse pivots alike).
@@ -139,7 +140,7 @@
         t = eom_lead_##T(SET(-0.5), SET(0.0), eom_mul22_##T(z, t));                                                   \
         *cosine = eom_lead_##T(SET(1.0), SET(0.0), eom_mul22_##T(z, t));                                              \
     }                                                                                                                 \
-    EOM_INLINE eom_twofold_##T eom_pivot_inverse2_##T(eom_twofold_##T d, eom_twofold_##T ref)                         \
+    EOM_INLINE eom_twofold_##T eom_twofold_pivot_inverse_##T(eom_twofold_##T d, eom_twofold_##T ref)                  \
     {                                                                                                                 \
         V q = eom_pivot_inverse_##T(d.hi, ref.hi * SET(__DBL_EPSILON__));                                             \
         eom_twofold_##T p = eom_mul11_##T(q, d.hi);                                                                   \
@@ -209,7 +210,7 @@ EOM_INLINE void eom_sincos_reduced(eom_twofold_f64 r, int n, eom_twofold_f64 *si
 }
 
 /* The two parts of x are reduced apart from each other: the smaller one can be large too. */
-EOM_COLD void eom_sincos2_far(eom_twofold_f64 x, eom_twofold_f64 *sine, eom_twofold_f64 *cosine)
+EOM_COLD void eom_twofold_sincos_far(eom_twofold_f64 x, eom_twofold_f64 *sine, eom_twofold_f64 *cosine)
 {
     if (!__builtin_isfinite(x.hi)) {
         double nan = x.hi - x.hi; /* raises `invalid` for infinities */
@@ -223,10 +224,10 @@ EOM_COLD void eom_sincos2_far(eom_twofold_f64 x, eom_twofold_f64 *sine, eom_twof
     eom_sincos_reduced(r, n + less + again, sine, cosine);
 }
 
-EOM_CALL void eom_sincos2_f64(eom_twofold_f64 x, eom_twofold_f64 *sine, eom_twofold_f64 *cosine)
+EOM_CALL void eom_twofold_sincos_f64(eom_twofold_f64 x, eom_twofold_f64 *sine, eom_twofold_f64 *cosine)
 {
     if (EOM_UNLIKELY(!__builtin_islessequal(__builtin_fabs(x.hi), EOM_SINCOS_LIMIT))) {
-        eom_sincos2_far(x, sine, cosine);
+        eom_twofold_sincos_far(x, sine, cosine);
     } else {
         int n;
         eom_twofold_f64 r = eom_reduce_near(x, &n);
@@ -234,7 +235,7 @@ EOM_CALL void eom_sincos2_f64(eom_twofold_f64 x, eom_twofold_f64 *sine, eom_twof
     }
 }
 
-EOM_CALL void eom_sincos2_f64v(eom_twofold_f64v x, eom_twofold_f64v *sine, eom_twofold_f64v *cosine)
+EOM_CALL void eom_twofold_sincos_f64v(eom_twofold_f64v x, eom_twofold_f64v *sine, eom_twofold_f64v *cosine)
 {
     eom_i64v far = ((eom_i64v)x.hi & ~EOM_SIGN_BIT_F64) > EOM_SINCOS_LIMIT_BITS_F64;
     eom_twofold_f64v near = {(eom_f64v)((eom_i64v)x.hi & ~far), (eom_f64v)((eom_i64v)x.lo & ~far)}, s, c;
@@ -248,7 +249,7 @@ EOM_CALL void eom_sincos2_f64v(eom_twofold_f64v x, eom_twofold_f64v *sine, eom_t
         for (int i = 0; i < EOM_LANES_F64; i++)
             if (far[i]) {
                 eom_twofold_f64 s_far, c_far;
-                eom_sincos2_far((eom_twofold_f64){x.hi[i], x.lo[i]}, &s_far, &c_far);
+                eom_twofold_sincos_far((eom_twofold_f64){x.hi[i], x.lo[i]}, &s_far, &c_far);
                 sine->hi[i] = s_far.hi, sine->lo[i] = s_far.lo;
                 cosine->hi[i] = c_far.hi, cosine->lo[i] = c_far.lo;
             }

@@ -47,6 +47,7 @@ typedef real pack[EOM_WIDE];
 #define K(x) ((scalar)x##L) /* a literal, read in the widest type */
 #define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
 #define SINCOS(x, s, c) eom_sincos(R(x), s, c)
+#define SINCOS2(x, y, sx, cx, sy, cy) eom_sincos2(R(x), R(y), sx, cx, sy, cy)
 #define SINCOS_CALL(x, s, c) eom_sincos_call(R(x), s, c)
 #define PIVOT_INVERSE(pivot, reference) eom_pivot_inverse(R(pivot), R(reference))
 #define SQRT(x) eom_sqrt(R(x))
@@ -89,8 +90,7 @@ static void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, c
     const pack *const u = in[2];
     const pack *const w = in[3];
     pack t0; EACH t0[h] = v[1][h] * v[1][h];
-    pack s1, c1; EACH SINCOS(q[1][h], &s1[h], &c1[h]);
-    pack s2, c2; EACH SINCOS(q[0][h], &s2[h], &c2[h]);
+    pack s1, c1, s2, c2; EACH SINCOS2(q[1][h], q[0][h], &s1[h], &c1[h], &s2[h], &c2[h]);
     pack t3; EACH t3[h] = FMA(c1[h], s2[h], -(c2[h] * s1[h]));
     pack t4; EACH t4[h] = w[0][h] * c[0];
     pack t5; EACH t5[h] = q[2][h] * t4[h];

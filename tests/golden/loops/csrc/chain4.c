@@ -23,6 +23,7 @@
 #undef K
 #undef FMA
 #undef SINCOS
+#undef SINCOS2
 #undef SINCOS_CALL
 #undef PIVOT_INVERSE
 #undef SQRT
@@ -44,6 +45,7 @@
 #undef K
 #undef FMA
 #undef SINCOS
+#undef SINCOS2
 #undef SINCOS_CALL
 #undef PIVOT_INVERSE
 #undef SQRT

@@ -29,6 +29,7 @@ typedef real pack[EOM_WIDE];
 #define K(x) ((scalar)x##L) /* a literal, read in the widest type */
 #define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
 #define SINCOS(x, s, c) eom_sincos(R(x), s, c)
+#define SINCOS2(x, y, sx, cx, sy, cy) eom_sincos2(R(x), R(y), sx, cx, sy, cy)
 #define SINCOS_CALL(x, s, c) eom_sincos_call(R(x), s, c)
 #define PIVOT_INVERSE(pivot, reference) eom_pivot_inverse(R(pivot), R(reference))
 #define SQRT(x) eom_sqrt(R(x))
