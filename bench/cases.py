@@ -6,6 +6,7 @@ state: the length of a hanging rod at the end of a branch moves no mass, so it i
 
 from __future__ import annotations
 
+import random
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
@@ -74,6 +75,14 @@ def tree(
         for i, (parent, model, length) in enumerate(zip(parents, each_model, each_length, strict=True))
     )
     return Scene(name.replace("-", "_"), tuple(made), gravity)
+
+
+def random_tree(links: int, seed: int = 1) -> Scene:
+    """A tree of three kinds of links, rigid and of free length, in random order on random parents."""
+    numbers = random.Random(seed)
+    parents = [-1, *(numbers.randrange(i) for i in range(1, links))]
+    models = [numbers.choice(("rigid", "elastic-rod", "telescopic")) for _ in parents]
+    return tree("random_tree", parents, models)
 
 
 def line(links: int) -> tuple[int, ...]:

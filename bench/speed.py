@@ -60,6 +60,7 @@ LABELS = {
     "mujoco": "MuJoCo",
     "pydy": "PyDy",
 }
+TREE = "random tree"  # in place of the method: articulated, on a tree of three kinds of links in random order
 COMPILED = (  # links, method, seconds allowed with the wrapper cached
     (5, "matrix", 0.7),
     (5, "articulated", 0.7),
@@ -68,6 +69,7 @@ COMPILED = (  # links, method, seconds allowed with the wrapper cached
     (50, "matrix", 2.0),
     (50, "articulated", 2.0),
     (1000, "articulated", 5.0),
+    (1000, TREE, 6.0),
 )
 HAND = {
     "hand-written C, simd": "hand-simd",
@@ -231,11 +233,14 @@ def compilation(links: int, method: str, virgin: bool, rounds: int) -> Cell:
 
     def measure(place: Place) -> Iterator[tuple[str, Sample]]:
         shutil.rmtree(place.compiles / ("" if virgin else "models"), ignore_errors=True)
-        words = ["compile", "--links", str(links), "--model", "rigid", "--method", method]
+        words = ["-m", "eomgen", "compile", "--links", str(links), "--model", "rigid", "--method", method]
+        if method == TREE:
+            text = f"import eomgen, bench.cases; eomgen.compile(bench.cases.random_tree({links}), 'articulated')"
+            words = ["-c", text]
         environment = place.environment(place.compiles)
         if not virgin and not (place.compiles / "wrapper").is_dir():
             run([sys.executable, "-m", "eomgen", "compile", "--links", "1"], LIMIT, environment)
-        done = run([sys.executable, "-m", "eomgen", *words], LIMIT, environment)
+        done = run([sys.executable, *words], LIMIT, environment)
         if done.code != 0:
             problem = f"> {LIMIT:g} s" if done.code is None else f"error: {done.error}"
             yield f"eomgen {method}", {"problem": one_line(problem, 160)}
@@ -335,6 +340,7 @@ def plan(quick: bool) -> list[Cell]:
             *other_cells(1, trajectories=1000, memory=1_000_000),
             *(compilation(n, "matrix", False, 1) for n in (5, 20)),
             *(compilation(n, "articulated", False, 1) for n in (50, 1000)),
+            compilation(1000, TREE, False, 1),
             compilation(5, "matrix", True, 1),
         ]
     cells = [cell for n in (2, 5, 10, 20) for cell in chain_cells(n, ROUNDS, variants=True)]
@@ -342,10 +348,7 @@ def plan(quick: bool) -> list[Cell]:
     cells += other_cells(ROUNDS, trajectories=SOME, memory=10_000_000)
     cells += cache_cells(ROUNDS)
     for n, method, _ in COMPILED:
-        slow = (n, method) == (50, "matrix")
-        cells.append(compilation(n, method, False, 1 if slow else ROUNDS))
-        if not slow:
-            cells.append(compilation(n, method, True, 1))
+        cells += [compilation(n, method, False, ROUNDS), compilation(n, method, True, 1)]
     for name in ("symforce", "numba", "jax", "pinocchio", "mujoco", "pydy"):
         cells += [peer(name, "rigid", n, batch=SOME) for n in (2, 5, 10, 20) if (name, n) != ("numba", 5)]
     cells.append(ours("ours", "rigid", 50, "--method", "articulated", batch=2000))
@@ -724,7 +727,9 @@ def targets(data: Data) -> list[Target]:
         if less and data.record(who, "virgin", n):
             what = f"compile {n} links, {method}, virgin cache"
             rows.append(bounded(data, what, Side(who, "virgin", n, "seconds"), 2.0, less))
-    rows.append(bounded(data, "compile 1000 links: memory", Side("eomgen articulated", "cached", 1000, "peak"), 500.0))
+    for method in ("articulated", TREE):
+        side = Side(f"eomgen {method}", "cached", 1000, "peak")
+        rows.append(bounded(data, f"compile 1000 links, {method}: memory", side, 500.0))
     record = data.record("memory", "probe", 5)
     states = f"{record['facts'].get('states', 0):.0e}".replace("e+0", "e") if record else "1e7"
     what = f"memory of a batch of {states} states beyond its arrays"
@@ -866,7 +871,7 @@ def _compiles(data: Data) -> str:
     links = sorted({r["links"] for r in data.records if r["case"] in ("cached", "virgin")} | {5, 20, 50})
     rows = []
     for case, text in (("cached", "wrapper cached"), ("virgin", "virgin cache")):
-        for method in ("matrix", "articulated"):
+        for method in ("matrix", "articulated", TREE):
             if any(r["who"] == f"eomgen {method}" and r["case"] == case for r in data.records):
                 cells = [_cell(data, f"eomgen {method}", case, n, "seconds") for n in links]
                 rows.append([f"eomgen compile, {method}, {text}", *cells])

@@ -360,10 +360,10 @@ class _Builder:
         stores: list[Store] = []
         reached, add = self._targets(walk, run), self._adds(walk, run)
         for k, node in enumerate(flow):
-            if any((w, other, k) in self.flowing for other in reached):
-                if not (add and node is self.graph.zero):
-                    place = Place(self._flow_array(w, walk, k), tuple(parents if walk.upward else visit))
-                    stores.append(Store(place, node, add))
+            enters = any((w, other, k) in self.flowing for other in reached)
+            if enters and not (add and node is self.graph.zero):
+                place = Place(self._flow_array(w, walk, k), tuple(parents if walk.upward else visit))
+                stores.append(Store(place, node, add))
         for name, node in results.items():
             target, indices = outputs.get(name, ("", {}))
             if visit[0] in indices:

@@ -180,7 +180,8 @@ def test_a_step_costs_the_depth_of_the_new_link() -> None:
     """The step itself, before any matrix is read: a sum and the cosine and sine of a difference per link above."""
 
     def step(links: int) -> int:
-        equations = eomgen.derive(tree("chain", line(links), "rigid"), "recursive")
+        start = eomgen.derive(tree("chain", line(links - 1), "rigid"), "recursive")
+        equations = eomgen.extend(start, link(links - 1, links - 2, "rigid"))
         before = len(equations.graph)
         eomgen.extend(equations, link(links, links - 1, "rigid"))
         return len(equations.graph) - before

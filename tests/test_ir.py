@@ -690,22 +690,22 @@ def test_a_loop_inside(graph: Graph) -> None:
     assert "k = 0..2, i = k - 1, then i - 1" in dump(program)
 
 
-def taking_turns(graph: Graph, order: Sequence[int] = (0, 1, 1, 0, 1)) -> Program:
+def taking_turns(graph: Graph, turns: Sequence[int] = (0, 1, 1, 0, 1)) -> Program:
     """A running product of q_i p_i² (first kind) or q_i + p_i² (second kind) along five links of two kinds."""
     q, p, before = (graph.symbol(name) for name in ("q", "p", "before"))
     blocks: list[Block] = []
     for kind, factor in enumerate((q * (p * p), q + p * p)):
-        links = [i for i, turn in enumerate(order) if turn == kind]
+        links = [i for i, turn in enumerate(turns) if turn == kind]
         loads = {q: Place("q", links), p: Place("p", links), before: Place("product", links)}
         stores = (
             Store(Place("product", [i + 1 for i in links]), before * factor),
             Store(Place("out", links), before * factor),
         )
         blocks.append(Block(f"kind {kind}", loads, stores, len(links)))
-    n = len(order)
+    n = len(turns)
     start = Block("start", {}, (Store(Place("product", (0,)), graph.one),))
     inputs = tuple(Array(x, (n,), "input", tuple(f"{x}{i}" for i in range(n))) for x in "qp")
-    steps = (start, Turns("all links", tuple(blocks), tuple(order)))
+    steps = (start, Turns("all links", tuple(blocks), tuple(turns)))
     scratch = (Array("product", (n + 1,), "work"),)
     return Program("f", "a function", inputs, Array("out", (n,), "output"), steps, scratch=scratch)
 
@@ -729,8 +729,8 @@ def test_loops_in_turns(graph: Graph) -> None:
 def test_turns_out_of_order_are_refused(graph: Graph) -> None:
     """An iteration that reads what a later one computes, and turns that are not the iterations."""
     start, step = taking_turns(graph).blocks
-    for order, message in (((1, 0, 1, 0, 1), "which has no value"), ((0, 1, 1, 0), "are not the iterations")):
-        program = replace(taking_turns(graph), blocks=(start, replace(step, order=order)))
+    for turns, message in (((1, 0, 1, 0, 1), "which has no value"), ((0, 1, 1, 0), "are not the iterations")):
+        program = replace(taking_turns(graph), blocks=(start, replace(step, order=turns)))
         with pytest.raises(AssertionError, match=message):
             verify(program)
 

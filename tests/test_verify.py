@@ -4,7 +4,7 @@ Also the verifier of programs: every rule, on programs made by hand.
 """
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
@@ -26,7 +26,7 @@ from eomgen.frontends.matrix import MatrixEquations
 from eomgen.frontends.mechanism import MechanismEquations
 from eomgen.frontends.recursive import RecursiveEquations
 from eomgen.ir.expr import Graph, Node
-from eomgen.ir.program import Array, Block, Place, Program, Store
+from eomgen.ir.program import Array, Block, Inner, Place, Program, Store, Turns
 from eomgen.ir.statements import Text
 from eomgen.ir.verify import verify as verify_program
 from eomgen.verification import scaled_error, verify
@@ -357,7 +357,7 @@ def test_a_pass_that_breaks_a_program_is_named(monkeypatch: pytest.MonkeyPatch) 
 
 
 def parts() -> dict[str, Any]:
-    """A valid program with constants, a loop and columns, to be changed in one place."""
+    """A valid program with constants and a loop, to be changed in one place."""
     graph = Graph()
     q, p, c, total, a = (graph.symbol(name) for name in ("q", "p", "c", "total", "a"))
     return {
@@ -380,7 +380,6 @@ def parts() -> dict[str, Any]:
                 (Store(Place("out", (3,)), total * a, add=True),),
             ),
         ),
-        "columns": (),
         "scratch": (Array("c", (3,), "constants"), Array("sums", (4,), "work")),
     }
 
@@ -441,19 +440,35 @@ def other_graph(graph: Graph, q: Node) -> Any:
     return {}, (Store(Place("out", (3,)), graph.one, add=True), Store(Place("out", (3,)), other.one, add=True))
 
 
-def square_output(found: dict[str, Any], **changes: Any) -> dict[str, Any]:
-    """Two columns of two elements."""
-    graph = Graph()
-    a = graph.symbol("a")
-    fill = Block("column", {a: Place("a", (0, 1))}, (Store(Place("column", (0, 1)), 2 * a),), 2)
-    made = {
-        "output": Array("out", (2, 2), "output"),
-        "constants": (),
-        "blocks": (),
-        "columns": (fill,),
-        "scratch": (Array("a", (2,), "work"), Array("column", (2,), "work")),
-    }
-    return {**made, **changes}
+def paired(found: dict[str, Any], first: Sequence[int] = (-1, 0, 0), **changes: Any) -> dict[str, Any]:
+    """A symmetric matrix of three rows, pair by pair over zeros."""
+    graph, every = Graph(), range(3)
+    a, b = graph.symbol("a"), graph.symbol("b")
+    zeros = Block("zeros", {}, (Store(Place("out", range(9)), graph.zero),), 9)
+    fill = Block(
+        "pairs",
+        {a: Place("q", every), b: Place("p", (0, 0, 0), every)},
+        (Store(Place("out", (0, 3, 6), every), a * b), Store(Place("out", every, (0, 3, 6)), a * b)),
+        3,
+        Inner(first, (-1, 0, 1)),
+    )
+    blocks = (zeros, replace(fill, **changes))
+    return {"output": Array("out", (3, 3), "output"), "constants": (), "blocks": blocks, "scratch": ()}
+
+
+def in_turns(found: dict[str, Any], order: Sequence[int]) -> dict[str, Any]:
+    """The running sum of the program as two loops, of its first and last link and of the one between."""
+    start, loop, more = found["blocks"]
+
+    def part(*links: int) -> Block:
+        loads = {x: replace(place, indices=[place.indices[k] for k in links]) for x, place in loop.loads.items()}
+        stores = [
+            replace(store, place=replace(store.place, indices=[store.place.indices[k] for k in links]))
+            for store in loop.stores
+        ]
+        return replace(loop, loads=loads, stores=tuple(stores), count=len(links))
+
+    return {"blocks": (start, Turns("sums in turns", (part(0, 2), part(1)), tuple(order)), more)}
 
 
 RULES: dict[str, tuple[Callable[[dict[str, Any]], dict[str, Any]], str]] = {
@@ -505,26 +520,20 @@ RULES: dict[str, tuple[Callable[[dict[str, Any]], dict[str, Any]], str]] = {
         ),
         "out",
     ),
-    "columns of no square": (
-        lambda f: square_output(f, output=Array("out", (2, 3), "output")),
-        "columns need a square output",
-    ),
-    "columns that write the output": (
-        lambda f: square_output(
-            f, columns=(*square_output(f)["columns"], Block("x", {}, (Store(Place("out", (0,)), Graph().one),)))
-        ),
-        "out may not be written here",
-    ),
-    "a column with gaps": (
-        lambda f: square_output(f, columns=(Block("x", {}, (Store(Place("column", (0,)), Graph().one),)),)),
-        "a column is not filled",
-    ),
+    "pair stored twice": (lambda f: paired(f, first=(0, 0, 0)), r"out\[0\]"),
+    "inner loop too long": (lambda f: paired(f, inner=Inner((-1, 0, 0), (-1, 0))), "3 indices of p for a list of 2"),
+    "inner loop without lists": (lambda f: paired(f, inner=Inner((0,), (-1, 0, 1))), "1 lists for 3 iterations"),
+    "no inner loop": (lambda f: paired(f, inner=None), "3 indices of p for a list of 0"),
+    "turns too early": (lambda f: in_turns(f, (1, 0, 0)), r"reads sums\[1\], which has no value"),
+    "too few turns": (lambda f: in_turns(f, (0, 1)), r"the turns \{0: 1, 1: 1\} are not the iterations \{0: 2, 1: 1\}"),
+    "turns of nothing": (lambda f: in_turns(f, (0, 1, 2)), "are not the iterations"),
 }
 
 
 def test_a_program_in_order() -> None:
     verify_program(program({}))
-    verify_program(program(square_output({})))
+    verify_program(program(paired({})))
+    verify_program(program(in_turns(parts(), (0, 1, 0))))
     for _, run_pass in passes.DEFAULT:
         verify_program(run_pass(program({})))
 

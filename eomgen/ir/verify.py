@@ -27,8 +27,9 @@ def verify(program: Program, after: str = "") -> None:
 
     Raises:
         AssertionError: an operation is unknown, a symbol is not loaded, a graph is mixed with another, an index
-            is out of its array, an element is read before it is written or written twice (but for a zero that is replaced), an input is written,
-            constants depend on more than p, or an output element is missing.
+            is out of its array, an element is read before it is written or written twice (but for a zero that is
+            replaced), an input is written, constants depend on more than p, an output element is missing, or the
+            turns of loops are not their iterations.
     """
     try:
         _Check(program).run()
@@ -61,9 +62,7 @@ class _Check:
             counts = {number: block.count for number, block in enumerate(step.parts)}
             assert turns == counts, f"{step.title!r}: the turns {dict(turns)} are not the iterations {counts}"
             assert not any(block.inner for block in step.parts), f"{step.title!r}: a loop inside takes no turns"
-        if isinstance(step, Block) and not {p.array for p in step.loads.values()} & {
-            s.place.array for s in step.stores
-        }:
+        if isinstance(step, Block) and step.looped and not _arrays(step.loads.values()) & _arrays(_stores(step)):
             self._all_at_once(step)
         else:
             for block, k, i in step.iterations():
@@ -73,7 +72,8 @@ class _Check:
         """Reads and writes of one iteration."""
         read = {(place.array, place.index(k, i)) for place in block.loads.values()}
         for array, index in read:
-            assert self.state[array][index], f"block {block.title!r} reads {array}[{index}], which has no value"
+            known = 0 <= index < len(self.state[array]) and self.state[array][index]
+            assert known, f"block {block.title!r} reads {array}[{index}], which has no value"
         for store in block.stores:
             name, index = store.place.array, store.place.index(k, i)
             assert (name, index) not in read, f"block {block.title!r} reads and writes {name}[{index}] at once"
@@ -90,8 +90,9 @@ class _Check:
             return _array(place.indices)[k] + (_array(place.inner)[i] if place.inner else 0)
 
         for place in block.loads.values():
-            at = indices(place)
-            absent = at[np.frombuffer(self.state[place.array], np.uint8)[at] == NOTHING]
+            at, state = indices(place), np.frombuffer(self.state[place.array], np.uint8)
+            outside = (at < 0) | (at >= len(state))
+            absent = at[outside | (state[np.where(outside, 0, at)] == NOTHING)]
             assert not absent.size, f"block {block.title!r} reads {place.array}[{absent[0]}], which has no value"
         for store in block.stores:
             at, state = indices(store.place), np.frombuffer(self.state[store.place.array], np.uint8)
@@ -107,10 +108,13 @@ class _Check:
         for node in block.nodes():
             if node not in block.loads:
                 self._node(node, block)
-        for place in (*block.loads.values(), *(store.place for store in block.stores)):
+        inner = len(block.inner.following) if block.inner else 0
+        if block.inner:
+            assert len(block.inner.first) == block.count, f"{len(block.inner.first)} lists for {block.count} iterations"
+        for place in (*block.loads.values(), *_stores(block)):
             assert place.array in self.arrays, f"block {block.title!r} names the unknown array {place.array!r}"
             assert len(place.indices) == block.count, f"{len(place.indices)} indices of {place.array} for {block.count}"
-            assert not place.inner or block.inner, f"block {block.title!r} has no loop inside for {place.array}"
+            assert len(place.inner) in (0, inner), f"{len(place.inner)} indices of {place.array} for a list of {inner}"
         for place in block.loads.values():
             role = self.arrays[place.array].role
             allowed = role in reads or f"{role} {place.array}" in reads
@@ -135,6 +139,14 @@ class _Check:
             else:
                 assert before != VALUE, f"{name}[{index}] is stored twice"
             state[index] = VALUE if before else _stored(store)
+
+
+def _stores(block: Block) -> list[Place]:
+    return [store.place for store in block.stores]
+
+
+def _arrays(places: Iterable[Place]) -> set[str]:
+    return {place.array for place in places}
 
 
 def _stored(store: Store) -> int:
