@@ -177,9 +177,7 @@ def _method_option(parser: argparse.ArgumentParser) -> None:
 
 def _form_options(parser: argparse.ArgumentParser) -> None:
     form = parser.add_argument_group("form of the code (chosen by size and operation counts unless given)")
-    form.add_argument(
-        "--loops", action=argparse.BooleanOptionalAction, default=None, help="loops over links (method articulated)"
-    )
+    form.add_argument("--loops", action=argparse.BooleanOptionalAction, default=None, help="loops over links")
     form.add_argument(
         "--solver", default="auto", metavar="NAME", help="elimination in forward dynamics: auto, dense or articulated"
     )

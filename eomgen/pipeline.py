@@ -118,7 +118,8 @@ def compile(
         functions: names of the functions to build, default all.
         force: replace the package that stands in `out`.
         portable: build for any processor of this architecture, not for this machine's.
-        loops: emit loops over links (method "articulated"); None decides by the number of links.
+        loops: emit loops over links, those of the recursion whatever the method; False keeps the formulas of the
+            method; None decides by the number of links.
         solver: the elimination in forward dynamics: "dense" solves M a = Q - h of the chosen method, "articulated"
             walks along the links, "auto" takes the one with fewer operations per state.
         accuracy: the arithmetic of the C between arguments and results in float64: "standard" is float64 too, "high"

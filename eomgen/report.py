@@ -63,7 +63,7 @@ def compiled(module: ModuleType, in_cache: bool) -> str:
         f"scene     {module.scene.get('name', 'user system')}: {n} coordinates, {len(module.p)} parameters; "
         f"method {module.method}, back end {module.backend}",
         "seconds   " + ", ".join(f"{stage} {seconds:.3f}" for stage, seconds in info["seconds"].items()),
-        *(f"form      {name}: {form}" for name, form in info["forms"].items() if name == "forward_dynamics"),
+        *(f"form      {', '.join(names)}: {form}" for form, names in _by_form(info["forms"]).items()),
         "",
         table(rows, ["function", "signature", "operations per state", "per parameter set"]),
         "",
@@ -77,6 +77,14 @@ def compiled(module: ModuleType, in_cache: bool) -> str:
             f"  print(model.{call}({', '.join(vectors)}))",
         ]
     return "\n".join(lines).rstrip()
+
+
+def _by_form(forms: dict[str, str]) -> dict[str, list[str]]:
+    """The functions of every form."""
+    found: dict[str, list[str]] = {}
+    for name, form in forms.items():
+        found.setdefault(form, []).append(name)
+    return found
 
 
 def shown_equations(
