@@ -7,23 +7,39 @@ the difference of two approximations.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from fractions import Fraction
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from eomgen import functions, pipeline
-from eomgen.errors import UnsupportedError
-from eomgen.frontends import METHODS
-from eomgen.hard import hard_states
-from eomgen.ir.expr import Node
+from eomgen import functions, loops, pipeline
+from eomgen.errors import OptionError, UnsupportedError, unknown
+from eomgen.frontends.mechanism import LinkSymbols
+from eomgen.hard import Case, State
+from eomgen.ir.derivative import Tape
+from eomgen.ir.expr import Node, reachable
 from eomgen.ir.interpret import Label, Operators, evaluate
+from eomgen.ir.program import Array
 from eomgen.scene import Scene
 
 TIGHT = 80  # bits that an enclosure must share with the exact value
 MOST_BITS = 1 << 13
+CONDITION_BITS = 1 << 12  # for condition numbers up to 1e600
+MOST_LINKS = 24  # with every pair of links written down
+SOLVED = ("forward_dynamics", "jacobian", "parameter_jacobian")  # functions that divide by the mass matrix
+
+# What is measured: name -> method, loops over links, solver.
+FORMS: dict[str, tuple[str, bool, str]] = {
+    "lagrange": ("lagrange", False, "dense"),
+    "recursive": ("recursive", False, "dense"),
+    "matrix": ("matrix", False, "dense"),
+    "articulated": ("articulated", False, "articulated"),
+    "articulated loops": ("articulated", True, "articulated"),
+}
 
 
 def import_flint() -> Any:
@@ -59,7 +75,7 @@ class Balls(Operators):
 
 
 def enclose(outputs: Sequence[Node], given: Mapping[Node, float]) -> list[Any]:
-    """Balls that hold the exact values, with at least `TIGHT` correct bits each (or within 2^-900 of zero).
+    """Balls that hold the exact values, with at least `TIGHT` correct bits each (or within 2^-1100 of zero).
 
     Args:
         outputs: the expressions.
@@ -69,11 +85,10 @@ def enclose(outputs: Sequence[Node], given: Mapping[Node, float]) -> list[Any]:
         UnsupportedError: python-flint is missing, or the values cannot be enclosed (a singular state).
     """
     flint = import_flint()
-    bits, tiny = 256, 2.0**-900
+    bits, tiny = 256, flint.arb(2) ** -1100  # less than any float
     while bits <= MOST_BITS:
         with flint.ctx.workprec(bits):
-            exact = {node: flint.arb(_ratio(value)[0]) / _ratio(value)[1] for node, value in given.items()}
-            balls = evaluate(outputs, exact, Balls())
+            balls = evaluate(outputs, _balls(given), Balls())
             # A ball around an exact zero has no relative accuracy; it is tight once it is far below any other number.
             if all(ball.rel_accuracy_bits() >= TIGHT or abs(ball) < tiny for ball in balls):
                 return balls
@@ -81,78 +96,280 @@ def enclose(outputs: Sequence[Node], given: Mapping[Node, float]) -> list[Any]:
     raise UnsupportedError("the exact values cannot be enclosed; is the state singular?")
 
 
-def _ratio(value: float) -> tuple[int, int]:
-    return np.longdouble(value).as_integer_ratio()
+def _balls(given: Mapping[Node, Any]) -> dict[Node, Any]:
+    """Binary numbers as balls without a radius, if the precision holds them."""
+    return {node: _ball(value) for node, value in given.items()}
+
+
+def _ball(value: float) -> Any:
+    numerator, denominator = np.longdouble(value).as_integer_ratio()
+    return import_flint().arb(numerator) / denominator
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """The certified error of one function of one module at one state.
+    """The certified error of one function of one module in one case.
 
     Attributes:
-        method, backend, dtype, function, state: what was measured.
-        scaled: the largest error over the largest entry of the result, in eps of the type.
+        scene, case: the scene's name and that of the state.
+        method, backend, dtype, function: what was measured; method is a name of `FORMS`.
+        scaled: the largest error over the largest entry of the result, in eps of the type; infinite if the result is
+            not finite, NaN if it is and there is no exact one.
         componentwise: the largest relative error of an entry, in eps; infinite where a zero is missed.
-        condition: κ₂ of the mass matrix at the state.
+        condition: of the function at the state, see `Exact.condition`; zero for long chains, where it is not computed.
+        mass_condition: κ₂ of the mass matrix.
+        unit_condition: κ₂ of the mass matrix scaled to a diagonal of ones; it does not depend on units.
+        n: the number of coordinates.
+        written: what rounding explains of the method as it is written, see `Exact.written`; computed where the error is
+            above the bound, zero elsewhere.
     """
 
+    scene: str
+    case: str
     method: str
     backend: str
     dtype: str
     function: str
-    state: str
     scaled: float
     componentwise: float
     condition: float
+    mass_condition: float
+    unit_condition: float
+    n: int
+    written: float = 0.0
+
+    @property
+    def possible(self) -> float:
+        """The error, in eps, that an eps of change in the arguments or in the elements of M explains."""
+        return max(1.0, self.condition, self.unit_condition if self.function in SOLVED else 0.0)
+
+    @property
+    def bound(self) -> float:
+        """8 n + 2 κ, in eps."""
+        return 8.0 * self.n + 2.0 * self.possible
+
+    @property
+    def passed(self) -> bool:
+        """Whether the error is explained; that there is no result, by a mass matrix singular to rounding."""
+        if self.scaled == math.inf:
+            return self.function in SOLVED and self.mass_condition * float(np.finfo(self.dtype).eps) >= 1
+        return self.scaled <= max(self.bound, self.written)
 
 
-def certify(
-    scene: Scene,
-    methods: Sequence[str] = tuple(METHODS),
+class Exact:
+    """The exact values of a scene's functions, and how much they magnify changes.
+
+    All methods give the same functions (`eomgen.verification`), so one serves all: the articulated recursion, which is
+    the shortest and has exact zeros where angles are equal.
+
+    Args:
+        scene: the scene.
+        method: the method whose expressions are evaluated.
+    """
+
+    def __init__(self, scene: Scene, method: str = "articulated") -> None:
+        self.equations = pipeline.derive(scene, method)
+        self.links: list[LinkSymbols] = self.equations.mechanism.links  # type: ignore[attr-defined]
+
+    def values(self, name: str, state: State) -> list[Any]:
+        """Balls around the result of a function, see `enclose`."""
+        nodes, given = self._expressions(name, state)
+        return enclose(nodes, given)
+
+    def condition(self, name: str, state: State) -> float:
+        """How many eps the largest entry of a result moves if every argument moves by an eps of its own.
+
+        max_i Σ_j |∂f_i/∂x_j| w_j / max_i |f_i| with w_j = |x_j| (Rice 1966). An angle is a point of the circle, so its
+        w is 1 rad.
+        """
+        nodes, given = self._expressions(name, state)
+        angles = {link.angle for link in self.links}
+        return _moved(nodes, given, list(given), lambda node, value: 1 if node in angles else abs(value))
+
+    def written(self, name: str, state: State) -> float:
+        """How many eps it moves if the result of every operation does: what rounding does to the method as written.
+
+        The sum above, over the operations in place of the arguments (Linnainmaa 1976; at first order).
+        """
+        nodes, given = self._expressions(name, state)
+        return _moved(nodes, given, [node for node in reachable(nodes) if node.args], lambda node, value: abs(value))
+
+    def mass_conditions(self, state: State) -> tuple[float, float]:
+        """κ₂ of the mass matrix as it is, and scaled to a diagonal of ones."""
+        flint = import_flint()
+        n, balls = len(self.equations.q), self.values("mass_matrix", state)
+        with flint.ctx.workprec(CONDITION_BITS):
+            mass = [ball.mid() for ball in balls]
+            roots = [mass[i * n + i].sqrt().mid() for i in range(n)]
+            unit = [element / (roots[k // n] * roots[k % n]) for k, element in enumerate(mass)]
+            return tuple(_condition(flint.arb_mat(n, n, entries)) for entries in (mass, unit))  # type: ignore[return-value]
+
+    def _expressions(self, name: str, state: State) -> tuple[list[Node], dict[Node, Any]]:
+        """A function's expressions and the values of its symbols."""
+        (block,) = functions.program(self.equations, name).blocks
+        values = {node: state[place.array].flat[place.indices[0]] for node, place in block.loads.items()}
+        return [store.node for store in block.stores], values
+
+
+def _moved(
+    nodes: Sequence[Node], given: Mapping[Node, Any], wrt: Sequence[Node], weight: Callable[[Node, Any], Any]
+) -> float:
+    """max_i Σ_j |∂f_i/∂x_j| w_j / max_i |f_i| in balls of `CONDITION_BITS`."""
+    flint = import_flint()
+    slopes = [Tape([node]).reverse(wrt) for node in nodes]
+    with flint.ctx.workprec(CONDITION_BITS):
+        flat = [*nodes, *wrt, *(slope for row in slopes for slope in row)]
+        values = [ball.mid() for ball in evaluate(flat, _balls(given), Balls())]
+        weights = [weight(node, value) for node, value in zip(wrt, values[len(nodes) :], strict=False)]
+        largest, moved = max(abs(value) for value in values[: len(nodes)]), flint.arb(0)
+        for i in range(len(nodes) + len(wrt), len(values), len(wrt)):
+            terms = (abs(slope) * w for slope, w in zip(values[i : i + len(wrt)], weights, strict=True))
+            moved = max(moved, sum(terms, flint.arb(0)))
+        return float(moved / largest) if largest else math.inf
+
+
+def _condition(matrix: Any) -> float:
+    """κ₂ = ‖A‖ ‖A⁻¹‖ of a matrix of balls."""
+    try:
+        inverse = matrix.inv()
+    except ZeroDivisionError:
+        return math.inf
+    with np.errstate(over="ignore"):
+        return float(np.exp(_log_norm(matrix) + _log_norm(inverse)))
+
+
+def _log_norm(matrix: Any) -> float:
+    """The logarithm of ‖A‖, whose elements need not be in the range of floats."""
+    elements = [element.mid() for element in matrix.entries()]
+    largest = max(abs(element) for element in elements)
+    scaled = np.array([float(element / largest) for element in elements]).reshape(matrix.nrows(), -1)
+    return float(largest.log()) + math.log(float(np.linalg.norm(scaled, 2)))
+
+
+def measure(
+    cases: Sequence[Case],
+    methods: Sequence[str] | None = None,
     backends: Sequence[str] = ("c", "numpy"),
     names: Sequence[str] | None = None,
+    dtypes: Sequence[str] = ("float64",),
     progress: Callable[[str], None] | None = None,
 ) -> list[Certificate]:
-    """The certified errors of a scene's functions at its hard states.
+    """The certified errors of compiled functions in some cases.
+
+    The numbers of a case are rounded to each type first; a case that leaves the type's range is left out for it.
+
+    Args:
+        cases: the cases; those whose scenes have one name share modules.
+        methods: of `FORMS`; default all. Scenes of more than `MOST_LINKS` links are measured as loops only.
+        backends: "c", "numpy" or both.
+        names: functions, default all that a module has by itself (of long scenes forward dynamics).
+        dtypes: number types.
+        progress: told what is being done.
 
     Raises:
+        OptionError: there is no such function.
         UnsupportedError: python-flint is missing.
     """
     import_flint()
+    tell = progress or (lambda text: None)
     found: list[Certificate] = []
-    for method in methods:
-        equations = pipeline.derive(scene, method)
-        solver = "articulated" if method == "articulated" else "dense"
-        chosen = functions.select(equations, names)
-        for backend in backends:
-            if progress:
-                progress(f"certified errors of {method}, {backend}")
-            module = pipeline.compile(equations, backend=backend, functions=chosen, loops=False, solver=solver)
-            for state, drawn in hard_states(scene).items():
-                values = {**drawn, "p": np.array(equations.symbols.p_values)}
-                given = {node: values[slot.array].flat[slot.index] for node, slot in equations.symbols.slots.items()}
-                mass = [float(ball.mid()) for ball in enclose([x for row in equations.mass_matrix for x in row], given)]
-                condition = float(np.linalg.cond(np.array(mass).reshape(len(equations.q), -1)))
-                for name in chosen:
-                    nodes = list(functions.FUNCTIONS[name].build(equations))
-                    program = functions.program(equations, name)
-                    computed = getattr(module, name)(*(values[array.name] for array in program.inputs))
-                    scaled, relative = errors(computed, enclose(nodes, given))
-                    found.append(Certificate(method, backend, "float64", name, state, scaled, relative, condition))
+    for name in dict.fromkeys(case.scene.name for case in cases):
+        own = [case for case in cases if case.scene.name == name]
+        scene = own[0].scene
+        tell(f"exact values of {scene.name}")
+        exact = Exact(scene)
+        long = len(scene.links) > MOST_LINKS
+        chosen = functions.select(exact.equations, ["forward_dynamics"] if long and names is None else names)
+        modules: dict[tuple[str, str], ModuleType] = {}
+        written = {"articulated": exact}
+        for method in ["articulated loops"] if long else methods or FORMS:
+            if method not in FORMS:
+                raise OptionError(unknown("method", method, FORMS))
+            origin, looped, solver = FORMS[method]
+            kept = [name for name in chosen if not looped or name in loops.LOOPED]
+            if origin not in written:
+                written[origin] = Exact(scene, origin)
+            for backend in backends if kept else ():
+                tell(f"modules of {scene.name}: {method}, {backend}")
+                modules[method, backend] = pipeline.compile(
+                    written[origin].equations,
+                    backend=backend,
+                    dtypes=dtypes,
+                    functions=kept,
+                    loops=looped,
+                    solver=solver,
+                )
+        for case in own:
+            for dtype in dtypes:
+                tell(f"errors of {case.name}, {dtype}")
+                found += _measure(case, dtype, written, modules, chosen)
     return found
 
 
+def _measure(
+    case: Case,
+    dtype: str,
+    written: Mapping[str, Exact],
+    modules: Mapping[tuple[str, str], ModuleType],
+    chosen: Sequence[str],
+) -> list[Certificate]:
+    """The certificates of one case in one type, none if it leaves the type's range."""
+    with np.errstate(over="ignore"):
+        values = {letter: np.asarray(value, dtype) for letter, value in case.values.items()}
+    least = np.finfo(dtype).tiny
+    for letter, value in case.values.items():
+        rounded = values[letter]
+        if np.any((rounded != value) & ~((np.abs(rounded) >= least) & np.isfinite(rounded))):
+            return []
+    exact = written["articulated"]
+    n = len(exact.equations.q)
+    if len(exact.links) > MOST_LINKS:
+        matrix = pipeline.compile(exact.equations, functions=["mass_matrix"]).mass_matrix
+        mass = matrix(*(case.values[array.name] for array in _inputs(exact, "mass_matrix")))
+        roots = np.sqrt(np.diag(mass))
+        conditions = float(np.linalg.cond(mass)), float(np.linalg.cond(mass / np.outer(roots, roots)))
+    else:
+        conditions = exact.mass_conditions(values)
+    found = []
+    for name in chosen:
+        singular = name in SOLVED and conditions[1] == math.inf
+        balls = [] if singular else exact.values(name, values)
+        condition = exact.condition(name, values) if not singular and len(exact.links) <= MOST_LINKS else 0.0
+        arguments = [values[array.name] for array in _inputs(exact, name)]
+        for (method, backend), module in modules.items():
+            if name in vars(module):
+                with np.errstate(all="ignore"):
+                    computed = getattr(module, name)(*arguments)
+                labels = case.scene.name, case.name, method, backend, dtype, name
+                item = Certificate(*labels, *errors(computed, balls), condition, *conditions, n)
+                if item.bound < item.scaled < math.inf:
+                    origin, looped, _ = FORMS[method]
+                    by_columns = looped and loops.LOOPED[name].columns  # inverse dynamics of unit accelerations
+                    used = "inverse_dynamics" if by_columns else name
+                    item = replace(item, written=written[origin].written(used, values))
+                found.append(item)
+    return found
+
+
+def _inputs(exact: Exact, name: str) -> tuple[Array, ...]:
+    return functions.inputs(exact.equations.symbols, functions.FUNCTIONS[name])
+
+
 def errors(computed: Any, balls: Sequence[Any]) -> tuple[float, float]:
-    """Upper bounds of the scaled and the componentwise error, in eps of the result's type."""
-    flint = import_flint()
+    """Upper bounds of the scaled and the componentwise error, in eps of the result's type.
+
+    Args:
+        computed: the result.
+        balls: around its exact elements; none if the state is singular.
+    """
     flat = np.asarray(computed).reshape(-1)
     if not np.all(np.isfinite(flat)):
-        return float("inf"), float("inf")
+        return math.inf, math.inf
+    if not balls:
+        return math.nan, math.nan
     eps = float(np.finfo(flat.dtype).eps)
-    differences = [
-        abs(ball - flint.arb(*_ratio(got)[:1]) / _ratio(got)[1]) for got, ball in zip(flat, balls, strict=True)
-    ]
-    upper = [float(difference.upper()) for difference in differences]
+    with import_flint().ctx.workprec(4 * TIGHT):
+        upper = [float(abs(ball - _ball(got)).upper()) for got, ball in zip(flat, balls, strict=True)]
     sizes = [float(abs(ball).lower()) for ball in balls]
     scale = max(sizes)
     relative = max(
@@ -162,5 +379,9 @@ def errors(computed: Any, balls: Sequence[Any]) -> tuple[float, float]:
 
 
 def as_rows(certificates: Sequence[Certificate]) -> list[dict[str, Any]]:
-    """Plain data for JSON."""
-    return [asdict(certificate) for certificate in certificates]
+    """Plain data for JSON, with the bound and the verdict; what is infinite is null."""
+    rows = [{**asdict(item), "bound": item.bound, "passed": item.passed} for item in certificates]
+    return [
+        {key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in row.items()}
+        for row in rows
+    ]

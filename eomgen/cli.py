@@ -37,7 +37,8 @@ examples:
 examples:
   eomgen verify walker.toml
   eomgen verify --links 3 --model telescopic --backend numpy
-  eomgen verify walker.toml --certify --json errors.json""",
+  eomgen verify walker.toml --certify --dtypes float64,float32 --json errors.json
+  eomgen verify --hard                           certified errors over the catalogue of hard cases""",
     "bench": """\
 examples:
   eomgen bench table1 --links 1..50              generation times beside the published ones
@@ -146,12 +147,14 @@ def _parser() -> argparse.ArgumentParser:
         "--states", type=_positive, default=10, metavar="N", help="random states per function (default 10)"
     )
 
-    made.add_argument(
-        "--certify",
-        action="store_true",
-        help="also certify the errors at hard states (needs python-flint)",
+    certified = made.add_argument_group("certified errors (need python-flint)")
+    certified.add_argument("--certify", action="store_true", help="also certify the errors at hard states of the scene")
+    certified.add_argument("--hard", action="store_true", help="certify the catalogue of hard cases instead of a scene")
+    certified.add_argument("--functions", metavar="A,B", help="only these functions; also jacobian, regressor, ...")
+    certified.add_argument(
+        "--dtypes", metavar="A,B", help="float64 (default), float32, longdouble; separated by commas"
     )
-    made.add_argument("--json", metavar="FILE", help="write the certified errors to this file")
+    certified.add_argument("--json", metavar="FILE", help="write every certified error to this file")
 
     command("bench", "run a benchmark suite of a checkout").add_argument(
         "suite", metavar="SUITE", help="a suite of bench/: table1, speed, pareto, stability, claims"
@@ -265,8 +268,14 @@ def verify(options: argparse.Namespace) -> int:
     from eomgen.errors import CheckError, OptionError
     from eomgen.verification import verify as verify_scene
 
-    if options.json and not options.certify:
-        raise OptionError("--json is for the certified errors; give --certify too")
+    for option in ("json", "functions", "dtypes"):
+        if getattr(options, option) and not (options.certify or options.hard):
+            raise OptionError(f"--{option} is for the certified errors; give --certify or --hard too")
+    if options.hard:
+        if options.scene is not None or options.links is not None:
+            raise OptionError("--hard has scenes of its own; give no scene file and no --links")
+        certify(None, options)
+        return 0
     scene = _scene(options)
     result = verify_scene(scene, backends=options.backend, states=options.states, progress=report.progress)
     print(report.verification(result))
@@ -279,23 +288,36 @@ def verify(options: argparse.Namespace) -> int:
     return 0
 
 
-def certify(scene: Scene, options: argparse.Namespace) -> None:
-    """eomgen verify --certify"""
+def certify(scene: Scene | None, options: argparse.Namespace) -> None:
+    """eomgen verify --certify of a scene, eomgen verify --hard without one."""
     import json
     from pathlib import Path
 
-    from eomgen import report
-    from eomgen.certify import as_rows
-    from eomgen.certify import certify as certify_scene
-    from eomgen.errors import OptionError, one_line
+    from eomgen import hard, report
+    from eomgen.certify import as_rows, measure
+    from eomgen.errors import CheckError, OptionError, one_line
 
-    found = certify_scene(scene, backends=options.backend or ("c", "numpy"), progress=report.progress)
-    print("\n" + report.certificates(found))
+    cases = hard.cases() if scene is None else hard.cases_of(scene)
+    found = measure(
+        cases,
+        backends=options.backend or ("c", "numpy"),
+        names=_names(options.functions),
+        dtypes=_names(options.dtypes) or ("float64",),
+        progress=report.progress,
+    )
+    print(("" if scene is None else "\n") + report.certificates(found))
     if options.json:
         try:
-            Path(options.json).write_text(json.dumps(as_rows(found), indent=1) + "\n", encoding="utf-8")
+            Path(options.json).write_text(
+                json.dumps(as_rows(found), indent=1, allow_nan=False) + "\n", encoding="utf-8"
+            )
         except OSError as error:
             raise OptionError(f"{one_line(options.json, 200)} cannot be written ({error.strerror})") from None
+    failed = [item for item in found if not item.passed]
+    if failed:
+        worst = max(failed, key=lambda item: item.scaled / item.bound)
+        where = f"{worst.function} of {worst.method}/{worst.backend} in {worst.case!r}, {worst.dtype}"
+        raise CheckError(f"{len(failed)} of {len(found)} certified errors are not explained, the worst: {where}")
 
 
 def bench(suite: str, arguments: list[str]) -> int:

@@ -107,19 +107,24 @@ def _changed(scene: Scene, angles: Any = None, lengths: dict[int, float] | None 
 
 def cases() -> tuple[Case, ...]:
     """The catalogue."""
-    found = [*_states(rods()), *_states(walker(), "fast and nearly aligned", "nearly folded", "angles of all sizes")]
+    found = [
+        *cases_of(rods()),
+        *cases_of(chain(1, "rigid"), "fast"),
+        *cases_of(walker(), "fast and nearly aligned", "nearly folded", "angles of all sizes"),
+    ]
     found += [*_ratios(), *_extremes(), *_collapsing(), *_elastic(), *_long()]
     return tuple(found)
 
 
-def _states(scene: Scene, *names: str) -> list[Case]:
-    """Cases of the hard states of a scene, by default all."""
+def cases_of(scene: Scene, *names: str) -> list[Case]:
+    """The hard states of a scene as cases, by default all."""
     states = hard_states(scene)
-    return [Case(f"{scene.name}: {name}", scene, states[name], REASONS[name]) for name in names or states]
+    why = "a link without length has no direction"
+    return [Case(f"{scene.name}: {name}", scene, states[name], REASONS.get(name, why)) for name in names or states]
 
 
 def rods(masses: Sequence[float] = (1.0,) * 4, lengths: Sequence[float] = (1.0,) * 4) -> Scene:
-    """A chain of rigid rods."""
+    """A chain of rigid rods, as many masses in kg as lengths in m."""
     names = ["ground", *(f"link{i}" for i in range(1, len(masses) + 1))]
     numbers = zip(pairwise(names), masses, lengths, strict=True)
     links = (Rigid(name=name, parent=parent, mass=m, length=length) for (parent, name), m, length in numbers)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from types import ModuleType
 
 from eomgen import backends, pipeline
@@ -193,20 +194,46 @@ def verification(result: Verification) -> str:
 
 
 def certificates(found: Sequence[Certificate]) -> str:
-    """Forward dynamics at every hard state beside the condition, the other functions by their worst state."""
+    """For each type a table of forward dynamics by case, and one of the other functions in their worst cases."""
     progress("load")
-    columns = list(dict.fromkeys((item.method, item.backend) for item in found))
-    states = list(dict.fromkeys(item.state for item in found))
-    cells = {(item.function, item.state, item.method, item.backend): item for item in found}
+    parts = []
+    for dtype in dict.fromkeys(item.dtype for item in found):
+        items = [item for item in found if item.dtype == dtype]
+        solved = [item for item in items if item.function == "forward_dynamics"]
+        if solved:
+            cases = {name: [item for item in solved if item.case == name] for name in _ordered(solved, "case")}
+            parts.append(_errors(f"forward dynamics, eps of {dtype}", cases))
+        others = [item for item in items if item.function != "forward_dynamics"]
+        if others:
+            worst = {}
+            for name in _ordered(others, "function"):
+                own = [item for item in others if item.function == name]
+                case = max(own, key=lambda item: item.scaled / item.bound).case
+                worst[f"{name} ({case})"] = [item for item in own if item.case == case]
+            parts.append(_errors("other functions, each in its worst case", worst))
+    backends = ", ".join(_ordered(found, "backend"))
+    failed = sum(not item.passed for item in found)
+    explained = sum(item.passed and item.bound < item.scaled < math.inf for item in found)
+    verdict = f"{len(found)} errors, {explained} above the target but explained, {failed} FAILED"
+    notes = f"Each error is the larger one of {backends}. ~: above the target, explained by how the method is written."
+    return "\n\n".join([*parts, notes, f"certified errors: {verdict}"])
+
+
+def _ordered(found: Sequence[Certificate], attribute: str) -> list[str]:
+    return list(dict.fromkeys(getattr(item, attribute) for item in found))
+
+
+def _errors(title: str, groups: Mapping[str, Sequence[Certificate]]) -> str:
+    """A row for each group: the largest error of each method, beside what is possible and the target."""
+    methods = list(dict.fromkeys(item.method for items in groups.values() for item in items))
     rows = []
-    for state in states:
-        items = [cells["forward_dynamics", state, *column] for column in columns]
-        rows.append([state, *(f"{item.scaled:.2g}" for item in items), f"{items[0].condition:.2g}"])
-    heading = [f"{method}/{backend}" for method, backend in columns]
-    forward = table(rows, ["forward dynamics, eps", *heading, "condition"])
-    worst = []
-    for name in dict.fromkeys(item.function for item in found):
-        if name != "forward_dynamics":
-            largest = [max(cells[name, state, *column].scaled for state in states) for column in columns]
-            worst.append([name, *(f"{value:.2g}" for value in largest)])
-    return f"{forward}\n\n{table(worst, ['largest over the states, eps', *heading])}"
+    for name, items in groups.items():
+        bound, cells = min(item.bound for item in items), []
+        for method in methods:
+            own = [item for item in items if item.method == method]
+            largest = max((item.scaled for item in own), default=0.0)
+            mark = " FAILED" if not all(item.passed for item in own) else "~" if bound < largest < math.inf else ""
+            cells.append((f"{largest:.2g}" if largest < math.inf else "NaN") + mark if own else "-")
+        possible = min(item.possible for item in items)
+        rows.append([name, *cells, f"{items[0].mass_condition:.2g}", f"{possible:.2g}", f"{bound:.2g}"])
+    return table(rows, [title, *methods, "κ(M)", "possible", "target"])
