@@ -10,6 +10,21 @@ from eomgen.model import Model
 
 ON_REQUEST = ("jacobian", "parameter_jacobian", "regressor", "b", "b_names")
 ROLLOUT = Path(__file__).parent / "_rollout.py"
+CONDITION = Path(__file__).parent / "_condition.py"
+
+CONDITION_FUNCTION = '''\
+from ._condition import unit_condition
+
+
+def condition({arguments}):
+    """condition({arguments})
+
+    κ₂ of the mass matrix scaled to a diagonal of ones, which does not depend on units: about as many eps may be lost in
+    accelerations. Infinite where the mass matrix is singular to rounding. Leading axes broadcast.
+    """
+    return unit_condition(mass_matrix({arguments}))
+
+'''
 
 INIT = '''\
 """{title}
@@ -25,7 +40,7 @@ import numpy
 
 from . import {kernel}
 from .{kernel} import {functions}
-{rollout}
+{more}
 __all__ = [{all}]
 
 q_names = {q_names}
@@ -69,10 +84,14 @@ def init_source(model: Model, backend: str, kernel: str) -> str:
     """`__init__.py` of the package; it needs NumPy only."""
     functions = [program.name for program in model.programs]
     exported = [*functions]
-    rollout = ""
+    more = ""
     if "forward_dynamics" in functions:
         exported.append("rollout")
-        rollout = f"from ._rollout import Rollout\n\nrollout = Rollout({kernel})\nrollout.__module__ = __name__\n"
+        more += f"from ._rollout import Rollout\n\nrollout = Rollout({kernel})\nrollout.__module__ = __name__\n"
+    if "mass_matrix" in functions:
+        exported.append("condition")
+        inputs = model.programs[functions.index("mass_matrix")].inputs
+        more += CONDITION_FUNCTION.format(arguments=", ".join(array.name for array in inputs))
     facts = "".join(
         f"{name} = {pprint.pformat(value, width=110, sort_dicts=False)}\n" for name, value in model.facts.items()
     )
@@ -88,7 +107,7 @@ def init_source(model: Model, backend: str, kernel: str) -> str:
         legend=legend(model, ""),
         kernel=kernel,
         functions=", ".join(functions),
-        rollout=rollout,
+        more=more,
         all=", ".join(repr(name) for name in (*exported, "p", *model.names)),
         p=[float(value) for value in model.p],
         backend=backend,
@@ -112,9 +131,9 @@ def legend(model: Model, prefix: str) -> str:
 
 def package_files(model: Model) -> dict[str, str]:
     """The Python files of a package that do not depend on the model."""
-    if any(program.name == "forward_dynamics" for program in model.programs):
-        return {"_rollout.py": ROLLOUT.read_text(encoding="utf-8")}
-    return {}
+    needed = {"forward_dynamics": ROLLOUT, "mass_matrix": CONDITION}
+    paths = [needed[program.name] for program in model.programs if program.name in needed]
+    return {path.name: path.read_text(encoding="utf-8") for path in paths}
 
 
 def rollout_signature(forward: Program) -> str:
