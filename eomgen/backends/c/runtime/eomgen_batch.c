@@ -12,8 +12,9 @@
 #include <immintrin.h>
 #endif
 
-enum { EOM_AHEAD = 64 }; /* states that are fetched ahead of those being copied */
+enum { EOM_AHEAD = 32 }; /* states from those being copied to those asked for */
 enum { EOM_MAX_INPUTS = 8, EOM_MAX_STREAMS = 2, EOM_STACK_BYTES = 16384 };
+enum { EOM_FETCH_BYTES = 32768 }; /* a larger block leaves the first cache no room for the next one */
 
 /* An operand: `size` elements at the address of its state plus `offset` of each. */
 typedef struct {
@@ -23,6 +24,7 @@ typedef struct {
     int rows, columns;  /* columns >= 1 */
     int size;
     int dense;          /* elements are adjacent */
+    int fetch;          /* states are adjacent too, and the next block of them may be asked for */
 } eom_operand;
 
 static int eom_is_dense(const eom_operand *o, size_t scalar)

@@ -156,10 +156,10 @@ static int FN(eom_has_rows)(const eom_operand *o)
 }
 #endif
 
-/* Asks for the rows of the next block, if they are adjacent: a row is in no pattern that the hardware follows. */
+/* Asks for the rows of the next block: short ones are in no pattern that the hardware follows in time. */
 EOM_INLINE void FN(eom_fetch_rows)(const eom_operand *o, const char *first, int blocks, const int write)
 {
-    if (o->step != (intptr_t)sizeof(SCALAR) * o->size) return;
+    if (!o->fetch) return;
     int bytes = blocks * EOM_WIDTH * (int)o->step;
     for (int i = 0; i < bytes; i += 64)
         if (write)
@@ -308,6 +308,8 @@ void FN(eom_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps
     }
 #if EOM_WIDTH > 1
     if (lanes > 1) {
+        for (int i = 0; i < f->inputs + 2; i++)
+            operand[i].fetch = bytes <= EOM_FETCH_BYTES && operand[i].step == (intptr_t)sizeof(SCALAR) * operand[i].size;
         FN(eom_run_lanes)(f, k, operand, states, p, c, streams, buffer);
     } else
 #endif
@@ -370,7 +372,7 @@ static void FN(eom_rollout)(char **args, const intptr_t *dimensions, const intpt
     eom_operand operand[EOM_MAX_INPUTS] = {{0}}, dt, result[2], *p_operand = &operand[inputs];
     for (int i = 0; i <= inputs; i++) {
         if (i == 2 || (i == 3 && i < inputs)) next[i] = *inner++; /* u and w, not p */
-        operand[i] = (eom_operand){args[i], steps[i], *inner++, sizeof(SCALAR), f->rows[i], 1, f->rows[i], 0};
+        operand[i] = (eom_operand){args[i], steps[i], *inner++, sizeof(SCALAR), f->rows[i], 1, f->rows[i], 0, 0};
         if (i == 3 && inputs > 3) {
             operand[i].column = *inner++;
             operand[i].columns = 3;
@@ -378,11 +380,11 @@ static void FN(eom_rollout)(char **args, const intptr_t *dimensions, const intpt
         }
         operand[i].dense = eom_is_dense(&operand[i], sizeof(SCALAR));
     }
-    dt = (eom_operand){args[inputs + 1], steps[inputs + 1], 0, 0, 1, 1, 1, 0};
+    dt = (eom_operand){args[inputs + 1], steps[inputs + 1], 0, 0, 1, 1, 1, 0, 0};
     intptr_t substeps = (intptr_t) * (SCALAR *)args[inputs + 2];
     for (int i = 0; i < 2; i++) {
         next[EOM_MAX_INPUTS + i] = *inner++;
-        result[i] = (eom_operand){args[inputs + 3 + i], steps[inputs + 3 + i], *inner++, sizeof(SCALAR), n, 1, n, 0};
+        result[i] = (eom_operand){args[inputs + 3 + i], steps[inputs + 3 + i], *inner++, sizeof(SCALAR), n, 1, n, 0, 0};
         result[i].dense = eom_is_dense(&result[i], sizeof(SCALAR));
     }
     int fresh = p_operand->step != 0 && states > 1, streams = f->wide ? EOM_PASTE(EOM_WIDE_, EOM_VECTOR) : 1;
