@@ -111,7 +111,7 @@ BATCHED = (
 )  # fmt: skip
 
 AXES = ((0.055, 0.24), (0.335, 0.24), (0.81, 0.18))  # left edges and widths of the panels of the picture
-SINCOS_FLOPS = 50  # in a pair by eomgen_real.h, where a fused multiply-add counts two
+SINCOS_FLOPS = 45  # in a pair by eomgen_real.h, where a fused multiply-add counts two
 
 Record = dict[str, Any]
 Sample = dict[str, Any]

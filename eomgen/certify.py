@@ -23,7 +23,7 @@ from eomgen.hard import Case, State
 from eomgen.ir.derivative import Tape
 from eomgen.ir.expr import Node, reachable
 from eomgen.ir.interpret import Label, Operators, evaluate
-from eomgen.ir.program import Array
+from eomgen.ir.program import Array, parts
 from eomgen.scene import Scene
 
 TIGHT = 80  # bits that an enclosure must share with the exact value
@@ -206,7 +206,7 @@ class Exact:
 
     def _expressions(self, name: str, state: State) -> tuple[list[Node], dict[Node, Any]]:
         """A function's expressions and the values of its symbols."""
-        (block,) = functions.program(self.equations, name).blocks
+        (block,) = parts(functions.program(self.equations, name).blocks)
         values = {node: state[place.array].flat[place.indices[0]] for node, place in block.loads.items()}
         return [store.node for store in block.stores], values
 
@@ -343,10 +343,7 @@ def _measure(
                 labels = case.scene.name, case.name, method, backend, dtype, name
                 item = Certificate(*labels, *errors(computed, balls), condition, *conditions, n)
                 if item.bound < item.scaled < math.inf:
-                    origin, looped, _ = FORMS[method]
-                    by_columns = looped and loops.LOOPED[name].columns  # inverse dynamics of unit accelerations
-                    used = "inverse_dynamics" if by_columns else name
-                    item = replace(item, written=written[origin].written(used, values))
+                    item = replace(item, written=written[FORMS[method][0]].written(name, values))
                 found.append(item)
     return found
 

@@ -14,7 +14,7 @@
 
 enum { EOM_AHEAD = 32 }; /* states from those being copied to those asked for */
 enum { EOM_MAX_INPUTS = 8, EOM_MAX_STREAMS = 2, EOM_STACK_BYTES = 16384 };
-enum { EOM_FETCH_BYTES = 32768 }; /* a larger block leaves the first cache no room for the next one */
+enum { EOM_FETCH_BYTES = 32768 }; /* beside a larger block the first cache has no room for the next one */
 
 /* An operand: `size` elements at the address of its state plus `offset` of each. */
 typedef struct {
@@ -24,7 +24,7 @@ typedef struct {
     int rows, columns;  /* columns >= 1 */
     int size;
     int dense;          /* elements are adjacent */
-    int fetch;          /* states are adjacent too, and the next block of them may be asked for */
+    int fetch;          /* 0, or the cache that the next block is fetched into: states are adjacent too */
 } eom_operand;
 
 static int eom_is_dense(const eom_operand *o, size_t scalar)
@@ -47,6 +47,7 @@ static int eom_operands(const eom_function *f, char **args, const intptr_t *step
         o->row = *inner++;
         o->column = f->columns[i] ? *inner++ : (intptr_t)scalar;
         o->dense = eom_is_dense(o, scalar);
+        o->fetch = 0;
         total += o->size;
     }
     if (!f->parameters) { /* an empty p, so that all functions look alike; the result stays last */

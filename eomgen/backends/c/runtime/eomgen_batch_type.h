@@ -159,13 +159,16 @@ static int FN(eom_has_rows)(const eom_operand *o)
 /* Asks for the rows of the next block: short ones are in no pattern that the hardware follows in time. */
 EOM_INLINE void FN(eom_fetch_rows)(const eom_operand *o, const char *first, int blocks, const int write)
 {
-    if (!o->fetch) return;
-    int bytes = blocks * EOM_WIDTH * (int)o->step;
-    for (int i = 0; i < bytes; i += 64)
-        if (write)
-            __builtin_prefetch(eom_ahead(first, bytes + i), 1);
+    int bytes = o->fetch ? blocks * EOM_WIDTH * (int)o->step : 0;
+    for (int i = 0; i < bytes; i += 64) {
+        const void *at = eom_ahead(first, bytes + i);
+        if (o->fetch == 2)
+            __builtin_prefetch(at, 0, 2);
+        else if (write)
+            __builtin_prefetch(at, 1);
         else
-            __builtin_prefetch(eom_ahead(first, bytes + i));
+            __builtin_prefetch(at);
+    }
 }
 
 /* `blocks` whole vectors of states; constants where they are inlined. */
@@ -309,7 +312,8 @@ void FN(eom_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps
 #if EOM_WIDTH > 1
     if (lanes > 1) {
         for (int i = 0; i < f->inputs + 2; i++)
-            operand[i].fetch = bytes <= EOM_FETCH_BYTES && operand[i].step == (intptr_t)sizeof(SCALAR) * operand[i].size;
+            if (operand[i].step == (intptr_t)sizeof(SCALAR) * operand[i].size)
+                operand[i].fetch = bytes <= EOM_FETCH_BYTES ? 1 : 2;
         FN(eom_run_lanes)(f, k, operand, states, p, c, streams, buffer);
     } else
 #endif
