@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from eomgen.backends.c import template
 from eomgen.backends.c.printer import CPrinter, FastPrinter, HighPrinter, Kind
 
+STREAMS = {"1": 1, "EOM_WIDE": 2, "EOM_WIDER": 4}  # of lanes; a scalar is one
+
 
 @dataclass(frozen=True)
 class Arithmetic:
@@ -19,7 +21,7 @@ class Arithmetic:
         value: C type of a value between arguments and results.
         still: C type of what depends on the parameters only.
         size: scalars that one of them takes.
-        streams: packs are pairs ("EOM_WIDE") or single vectors (1); None: short forward dynamics has pairs.
+        streams: vectors in a pack, and in the packs of short forward dynamics: names of `STREAMS`.
         runtime: the header it needs.
     """
 
@@ -29,7 +31,7 @@ class Arithmetic:
     value: str
     still: str
     size: int
-    streams: str | None
+    streams: tuple[str, str]
     runtime: str
 
 
@@ -38,10 +40,10 @@ ARITHMETIC = {
         lambda kinds, inline: FastPrinter(kinds),
         template.FAST_ABOUT,
         template.FAST_MACROS,
-        "single",
+        "floats",
         "float",
         1,
-        "EOM_WIDE",
+        ("EOM_WIDE", "EOM_WIDER"),
         "eomgen_single.h",
     ),
     "standard": Arithmetic(
@@ -51,7 +53,7 @@ ARITHMETIC = {
         "pack",
         "scalar",
         1,
-        None,
+        ("1", "EOM_WIDE"),
         "eomgen_real.h",
     ),
     "high": Arithmetic(
@@ -61,7 +63,7 @@ ARITHMETIC = {
         "twofold",
         "eom_twofold_f64",
         2,
-        "1",
+        ("1", "1"),
         "eomgen_twofold.h",
     ),
 }

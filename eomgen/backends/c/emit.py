@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from fractions import Fraction
 
 from eomgen.backends.c import template
-from eomgen.backends.c.arithmetic import ARITHMETIC, Arithmetic
+from eomgen.backends.c.arithmetic import ARITHMETIC, STREAMS, Arithmetic
 from eomgen.backends.c.printer import CPrinter, HighPrinter, Kind
 from eomgen.backends.package import init_source, legend, package_files, rollout_signature
 from eomgen.ir.program import Array, Block, Program, Step, Turns, parts
@@ -49,7 +49,7 @@ def function(program: Program, arithmetic: Arithmetic = ARITHMETIC["standard"]) 
         name=program.name,
         doc=program.doc,
         signature=program.signature,
-        streams="EOM_WIDE" if has_pairs(program, arithmetic) else 1,
+        streams=arithmetic.streams[is_short(program)],
     )
     pieces: list[str] = [heading]
     if program.constants:
@@ -58,11 +58,6 @@ def function(program: Program, arithmetic: Arithmetic = ARITHMETIC["standard"]) 
         pieces.append("#endif\n")
     pieces.append(_routine(program, program.name, program.blocks, arithmetic, constants=False))
     return "\n".join(pieces)
-
-
-def has_pairs(program: Program, arithmetic: Arithmetic) -> bool:
-    """Whether the packs of a kernel hold two vectors."""
-    return is_short(program) if arithmetic.streams is None else arithmetic.streams == "EOM_WIDE"
 
 
 def is_short(program: Program) -> bool:
@@ -238,7 +233,7 @@ def _entry(program: Program, model: Model) -> str:
         parameters=int(program.inputs[-1].name == "p"),
         constants=arithmetic.size * program.size("constants"),
         work=arithmetic.size * program.size("work"),
-        wide=int(has_pairs(program, arithmetic)),
+        streams=STREAMS[arithmetic.streams[is_short(program)]],
         kernels=", ".join(built),
     )
 

@@ -95,7 +95,7 @@ class CPrinter:
 class FastPrinter(CPrinter):
     """Arithmetic in float for arguments in double.
 
-    Values between are vectors of floats, as many lanes as a pack of the arguments has. The difference of two
+    Values between have half as many vectors as the packs of the arguments, of floats. The difference of two
     arguments is taken before it is rounded, and sines of angles and of differences reduce them as doubles.
     """
 
@@ -109,13 +109,10 @@ class FastPrinter(CPrinter):
             text = f"NARROW({array}[{index}])"
             self.arguments[text] = f"{array}[{index}]"
             return text
-        text = f"(float){array}[{index}]" if self.kinds[array] == "p" else f"{array}[{index}]"
-        if self.kinds[array] in ("constants", "p"):
-            self.scalars.add(text)
-        return text
-
-    def named(self, name: str) -> str:
-        return name
+        if self.kinds[array] == "p":
+            self.scalars.add(f"(float)p[{index}]")
+            return f"(float)p[{index}]"
+        return super().load(array, index)
 
     def operation(self, node: Node, args: list[Text]) -> Text:
         if node.op == "sub" and all(arg.text in self.arguments for arg in args):
@@ -126,7 +123,7 @@ class FastPrinter(CPrinter):
         return super().operation(node, args)
 
     def assign(self, name: str, text: str) -> str:
-        return f"single {name} = {text};"
+        return f"floats {name}; EACH {name}[h] = {text};"
 
     def sincos(self, sines: list[Sine]) -> list[str]:
         ((angle, sine, cosine),) = sines
@@ -137,13 +134,12 @@ class FastPrinter(CPrinter):
             call = f"SINCOS_DIFFERENCE({self.differences[angle]}"
         else:
             call = f"SINCOS({angle}"
-        return [f"single {sine}, {cosine}; {call}, &{sine}, &{cosine});"]
+        return [f"floats {sine}, {cosine}; EACH {call}, &{sine}[h], &{cosine}[h]);"]
 
     def store(self, array: str, index: str, value: Text, add: bool) -> str:
         if self.kinds[array] == "output":
-            return f"WIDEN({array}[{index}], R({value.text}));"
-        text = value.text if self.kinds[array] == "constants" else f"R({value.text})"
-        return f"{array}[{index}] {'+=' if add else '='} {text};"
+            return f"EACH WIDEN({array}[{index}], R({value.text}));"
+        return super().store(array, index, value, add)
 
 
 class HighPrinter:

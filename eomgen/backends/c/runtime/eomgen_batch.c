@@ -13,7 +13,7 @@
 #endif
 
 enum { EOM_AHEAD = 32 }; /* states from those being copied to those asked for */
-enum { EOM_MAX_INPUTS = 8, EOM_MAX_STREAMS = 2, EOM_STACK_BYTES = 16384 };
+enum { EOM_MAX_INPUTS = 8, EOM_MAX_STREAMS = 4, EOM_STACK_BYTES = 16384 };
 enum { EOM_FETCH_BYTES = 32768 }; /* beside a larger block the first cache has no room for the next one */
 
 /* An operand: `size` elements at the address of its state plus `offset` of each. */

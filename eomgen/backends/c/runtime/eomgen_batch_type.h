@@ -207,7 +207,9 @@ EOM_INLINE void FN(eom_store_blocks)(const eom_operand *o, char *first, const VE
 static void FN(eom_load_whole)(const eom_operand *o, intptr_t state, VECTOR *to, int streams)
 {
     const char *first = o->base + state * o->step;
-    if (streams == 2)
+    if (streams == 4)
+        FN(eom_load_blocks)(o, first, to, 4, 4);
+    else if (streams == 2)
         FN(eom_load_blocks)(o, first, to, 2, 2);
     else
         FN(eom_load_blocks)(o, first, to, 1, 1);
@@ -216,7 +218,9 @@ static void FN(eom_load_whole)(const eom_operand *o, intptr_t state, VECTOR *to,
 static void FN(eom_store_whole)(const eom_operand *o, intptr_t state, const VECTOR *from, int streams)
 {
     char *first = o->base + state * o->step;
-    if (streams == 2)
+    if (streams == 4)
+        FN(eom_store_blocks)(o, first, from, 4, 4);
+    else if (streams == 2)
         FN(eom_store_blocks)(o, first, from, 2, 2);
     else
         FN(eom_store_blocks)(o, first, from, 1, 1);
@@ -286,7 +290,7 @@ void FN(eom_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps
     int total = eom_operands(f, args, steps, sizeof(SCALAR), operand);
     const eom_operand *parameters = &operand[f->inputs];
     int fresh = parameters->step != 0 && states > 1;
-    int streams = f->wide ? EOM_PASTE(EOM_WIDE_, EOM_VECTOR) : 1;
+    int streams = EOM_WIDTH > 1 ? f->streams : 1;
     int lanes = EOM_WIDTH > 1 && k->lanes && !fresh && states > EOM_WIDTH / 2 ? streams * EOM_WIDTH : 1;
 
     size_t block = (size_t)(total + f->work) * lanes, constants = (size_t)f->constants + parameters->size;
@@ -391,7 +395,7 @@ static void FN(eom_rollout)(char **args, const intptr_t *dimensions, const intpt
         result[i] = (eom_operand){args[inputs + 3 + i], steps[inputs + 3 + i], *inner++, sizeof(SCALAR), n, 1, n, 0, 0};
         result[i].dense = eom_is_dense(&result[i], sizeof(SCALAR));
     }
-    int fresh = p_operand->step != 0 && states > 1, streams = f->wide ? EOM_PASTE(EOM_WIDE_, EOM_VECTOR) : 1;
+    int fresh = p_operand->step != 0 && states > 1, streams = EOM_WIDTH > 1 ? f->streams : 1;
     int lanes = EOM_WIDTH > 1 && kernels->lanes && !fresh && states > EOM_WIDTH / 2 ? streams * EOM_WIDTH : 1;
     size_t each = (size_t)8 * n + f->rows[2] + 6 * k + f->work, bytes;
     bytes = (each * lanes + f->constants + p_operand->size + 64) * sizeof(SCALAR);

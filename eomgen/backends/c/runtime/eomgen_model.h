@@ -34,7 +34,7 @@ typedef struct {
     const int *columns; /* second dimension, 0 for a vector */
     int constants;      /* size of c */
     int work;           /* size of work */
-    int wide;           /* 1 if the lanes kernel carries EOM_WIDE vectors per value, 0 if one */
+    int streams;        /* vectors of each argument and result that the lanes kernel takes at once: 1, 2 or 4 */
     eom_kernels f64, f32, f80;
 } eom_function;
 

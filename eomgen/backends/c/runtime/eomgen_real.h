@@ -625,7 +625,7 @@ EOM_DEFINE_FUNCTION(log, log, logf, logl)
 #define eom_exp EOM_JOIN(eom_exp_, EOM_REAL)
 #define eom_log EOM_JOIN(eom_log_, EOM_REAL)
 
-/* How many values a wide kernel carries side by side for each of its variables: a recursion along a chain waits for
+/* How many vectors a wide kernel carries side by side for each of its variables: a recursion along a chain waits for
  * its own results most of the time, and a second, independent stream of states fills the waits. */
 #define EOM_WIDE EOM_JOIN(EOM_WIDE_, EOM_REAL)
 #define EOM_WIDE_f64 1
@@ -633,6 +633,11 @@ EOM_DEFINE_FUNCTION(log, log, logf, logl)
 #define EOM_WIDE_f80 1
 #define EOM_WIDE_f64v 2
 #define EOM_WIDE_f32v 2
+
+/* The same where a value is a vector of floats and its arguments are vectors of doubles. */
+#define EOM_WIDER EOM_JOIN(EOM_WIDER_, EOM_REAL)
+#define EOM_WIDER_f64 1
+#define EOM_WIDER_f64v 4
 
 #define EOM_LANES EOM_JOIN(EOM_LANES_, EOM_REAL) /* 1 for scalars; may be used in #if */
 #define EOM_LANES_f64 1

@@ -1,12 +1,12 @@
 /* eomgen_single.h: float arithmetic between arguments and results in double, for the kernels of accuracy "fast".
  *
- * For T = f64 the values between are floats, for f64v vectors of floats; a pack of arguments (one double, or two vectors
- * of them) has as many lanes.
+ * For T = f64 the values between are floats, for f64v vectors of floats; x and y point to as many doubles: one, or two
+ * vectors of them.
  *
  *   eom_single_T                                  the type
- *   eom_narrow_T(x), eom_widen_T(x, a)            a pack to floats and back
+ *   eom_narrow_T(x), eom_widen_T(x, a)            doubles to floats and back
  *   eom_narrow_difference_T(x, y)                 x - y, rounded once to double and once to float
- *   eom_sincos_angle_T(x, &s, &c)                 sine and cosine of a pack
+ *   eom_sincos_angle_T(x, &s, &c)                 sine and cosine of x
  *   eom_sincos_difference_T(x, y, &s, &c)         of x - y
  *   eom_single_fma_T, eom_single_sincos_T, eom_single_pivot_inverse_T, ...   those of eomgen_real.h for floats
  *
