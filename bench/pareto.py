@@ -135,26 +135,21 @@ def rows() -> np.ndarray:
 
 
 class Exact:
-    """Certified values of a scene's accelerations."""
+    """Certified values of a scene's accelerations at the sample of a batch."""
 
     def __init__(self, problem: Problem, batch: Mapping[str, np.ndarray]) -> None:
-        self.equations = pipeline.derive(problem.scene, "articulated")
-        self.batch, self.found = batch, {}  # type: tuple[Mapping[str, np.ndarray], dict[str, list[list[Any]]]]
+        self.exact, self.batch = certify.Exact(problem.scene), batch
+        self.p = np.array([parameter.value for parameter in problem.scene.parameters])
+        self.found: dict[str, list[list[Any]]] = {}
 
     def values(self, dtype: str) -> list[list[Any]]:
-        """Enclosures at the sample of states, rounded to a type as a function of that type gets them."""
+        """Enclosures, from arguments rounded to a type as a function of that type gets them."""
         if dtype not in self.found:
-            slots = self.equations.symbols.slots
-            arguments = {name: array[rows()].astype(dtype) for name, array in self.batch.items()}
-            p = np.array(self.equations.symbols.p_values, dtype)
+            rounded = {name: array[rows()].astype(dtype) for name, array in self.batch.items()}
             self.found[dtype] = [
-                certify.enclose(
-                    list(self.equations.forward_dynamics),
-                    {
-                        node: (p if slot.array == "p" else arguments[slot.array][k]).flat[slot.index]
-                        for node, slot in slots.items()
-                        if slot.array != "a"
-                    },
+                self.exact.values(
+                    "forward_dynamics",
+                    {"p": self.p.astype(dtype), **{name: array[k] for name, array in rounded.items()}},
                 )
                 for k in range(len(rows()))
             ]

@@ -51,9 +51,11 @@ class Printer(Protocol):
 
     Attributes:
         sines: how many angles at most one call of `sincos` gets.
+        together: whether sine and cosine of an angle come from one call, so that it is written once.
     """
 
     sines: int
+    together: bool
 
     def load(self, array: str, index: str) -> str: ...
     def named(self, name: str) -> str: ...
@@ -78,6 +80,10 @@ def statements(block: Block, printer: Printer, index: Callable[[Node], str]) -> 
             uses[arg] = uses.get(arg, 0) + 1
     for store in block.stores:
         uses[store.node] = uses.get(store.node, 0) + 1
+    if printer.together:
+        angles_of = {op: {node.args[0] for node in nodes if node.op == op} for op in ("sin", "cos")}
+        for angle in angles_of["sin"] & angles_of["cos"]:
+            uses[angle] -= 1
     # A sign never gets a name of its own, so what it negates must have one if the sign is used twice.
     for node in reversed(nodes):
         if node.op == "neg" and uses[node] > 1:
@@ -97,8 +103,20 @@ def statements(block: Block, printer: Printer, index: Callable[[Node], str]) -> 
             texts[node] = found
         return found
 
+    def compute(node: Node) -> None:
+        nonlocal counter
+        printed = printer.operation(node, [text_of(arg) for arg in node.args])
+        if node.op != "neg" and (uses[node] > 1 or node.op in NAMED or printed.depth >= DEPTH):
+            name = f"t{counter}"
+            counter += 1
+            lines.append(printer.assign(name, printed.text))
+            printed = Text(printer.named(name), 3, 0, node)
+        texts[node] = printed
+
     def sine_of(angle: Node) -> Sine:
         nonlocal counter
+        if angle.args and angle not in block.loads and angle not in texts:
+            compute(angle)
         twins = {angle.graph.sin(angle): f"s{counter}", angle.graph.cos(angle): f"c{counter}"}
         counter += 1
         names = [name if twin in uses and twin not in block.loads else None for twin, name in twins.items()]
@@ -107,23 +125,20 @@ def statements(block: Block, printer: Printer, index: Callable[[Node], str]) -> 
                 texts[twin] = Text(printer.named(name), 3, 0, twin)
         return Sine(text_of(angle).text, *names)
 
-    # Those whose sines are still to come, in the order of their first use; loaded ones are known from the start.
+    def at_hand(angle: Node) -> bool:
+        return angle in block.loads or all(arg in block.loads for arg in angle.args)
+
+    # Angles whose sines are still to come, in the order of their first use.
     angles = list(dict.fromkeys(node.args[0] for node in nodes if node.op in ("sin", "cos")))
     for node in nodes:
         if node in texts:
             continue
         if node.op in ("sin", "cos"):
-            group = [angles[0], *(angle for angle in angles[1:] if angle in block.loads)][: printer.sines]
+            group = [angles[0], *filter(at_hand, angles[1:])][: printer.sines]
             angles = [angle for angle in angles if angle not in group]
             lines += printer.sincos([sine_of(angle) for angle in group])
             continue
-        printed = printer.operation(node, [text_of(arg) for arg in node.args])
-        if node.op != "neg" and (uses[node] > 1 or node.op in NAMED or printed.depth >= DEPTH):
-            name = f"t{counter}"
-            counter += 1
-            lines.append(printer.assign(name, printed.text))
-            printed = Text(printer.named(name), 3, 0, node)
-        texts[node] = printed
+        compute(node)
     return lines, {store.node: text_of(store.node) for store in block.stores}
 
 

@@ -12,7 +12,7 @@ from eomgen.ir.statements import Sine, Text, arithmetic, infix, statements
 class PlainPrinter:
     """Ordinary notation."""
 
-    sines = 1
+    sines, together = 1, False
 
     def load(self, array: str, index: str) -> str:
         return index

@@ -30,6 +30,8 @@ class CPrinter:
         inline: whether sines and cosines stand in line or are called.
     """
 
+    together = True
+
     def __init__(self, kinds: Mapping[str, Kind], inline: bool = True) -> None:
         self.kinds = kinds
         self.inline = inline
@@ -148,7 +150,7 @@ class HighPrinter:
     What is a double exactly (an argument, a parameter, most numbers) enters as one: its sums and products cost less.
     """
 
-    sines = 1
+    sines, together = 1, True
 
     def __init__(self, kinds: Mapping[str, Kind]) -> None:
         self.kinds = kinds

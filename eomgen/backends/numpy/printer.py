@@ -11,7 +11,7 @@ from eomgen.ir.statements import Sine, Text, decimal, infix
 class NumPyPrinter:
     """The rules of Python with an array namespace xp."""
 
-    sines = 1
+    sines, together = 1, False
 
     def load(self, array: str, index: str) -> str:
         return f"{array}[{index}]"

@@ -183,20 +183,19 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_1)(const pack *c
     pack *const kept9 = work + 32;
     pack *const kept10 = work + 33;
     pack t0; EACH t0[h] = u[7][h] * c[0];
-    pack t1; EACH t1[h] = q[3][h] - q[2][h];
-    pack s2, c2; EACH SINCOS(t1[h], &s2[h], &c2[h]);
-    pack t3; EACH t3[h] = q[7][h] * q[7][h];
-    pack t4; EACH t4[h] = PIVOT_INVERSE(t3[h], t3[h]);
-    pack t5; EACH t5[h] = q[7][h] * t4[h];
-    pack t6; EACH t6[h] = u[3][h] * t5[h];
-    pack t7; EACH t7[h] = c[0] * t6[h];
-    EACH force_u_up[2][h] = FMA(t0[h], c2[h], -(t7[h] * s2[h]));
-    EACH force_n_up[2][h] = FMA(t0[h], s2[h], t7[h] * c2[h]);
+    pack s1, c1; EACH SINCOS(q[3][h] - q[2][h], &s1[h], &c1[h]);
+    pack t2; EACH t2[h] = q[7][h] * q[7][h];
+    pack t3; EACH t3[h] = PIVOT_INVERSE(t2[h], t2[h]);
+    pack t4; EACH t4[h] = q[7][h] * t3[h];
+    pack t5; EACH t5[h] = u[3][h] * t4[h];
+    pack t6; EACH t6[h] = c[0] * t5[h];
+    EACH force_u_up[2][h] = FMA(t0[h], c1[h], -(t6[h] * s1[h]));
+    EACH force_n_up[2][h] = FMA(t0[h], s1[h], t6[h] * c1[h]);
     EACH torque_up[2][h] = u[3][h];
-    EACH kept7[0][h] = t5[h];
-    EACH kept8[0][h] = t6[h];
-    EACH kept9[0][h] = c2[h];
-    EACH kept10[0][h] = s2[h];
+    EACH kept7[0][h] = t4[h];
+    EACH kept8[0][h] = t5[h];
+    EACH kept9[0][h] = c1[h];
+    EACH kept10[0][h] = s1[h];
 }
 
 static __attribute__((noinline)) void EOM_NAME(forward_dynamics_2)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
@@ -213,23 +212,22 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_2)(const pack *c
     pack *const kept5 = work + 26;
     pack *const kept6 = work + 28;
     for (int k = 0; k < 2; k++) {
-        pack t0; EACH t0[h] = q[2 - k][h] - q[1 - k][h];
-        pack s1, c1; EACH SINCOS(t0[h], &s1[h], &c1[h]);
-        pack t2; EACH t2[h] = u[6 - k][h] - force_u_up[2 - k][h];
-        pack t3; EACH t3[h] = FMA(c[1 + k], t2[h], force_u_up[2 - k][h]);
-        pack t4; EACH t4[h] = q[6 - k][h] * q[6 - k][h];
-        pack t5; EACH t5[h] = PIVOT_INVERSE(t4[h], t4[h]);
-        pack t6; EACH t6[h] = q[6 - k][h] * t5[h];
-        pack t7; EACH t7[h] = FMA(t6[h], (u[2 - k][h] - torque_up[2 - k][h]), -force_n_up[2 - k][h]);
-        pack t8; EACH t8[h] = FMA(c[1 + k], t7[h], force_n_up[2 - k][h]);
-        EACH force_u_up[1 - k][h] = FMA(c1[h], t3[h], -(s1[h] * t8[h]));
-        EACH force_n_up[1 - k][h] = FMA(s1[h], t3[h], c1[h] * t8[h]);
+        pack s0, c0; EACH SINCOS(q[2 - k][h] - q[1 - k][h], &s0[h], &c0[h]);
+        pack t1; EACH t1[h] = u[6 - k][h] - force_u_up[2 - k][h];
+        pack t2; EACH t2[h] = FMA(c[1 + k], t1[h], force_u_up[2 - k][h]);
+        pack t3; EACH t3[h] = q[6 - k][h] * q[6 - k][h];
+        pack t4; EACH t4[h] = PIVOT_INVERSE(t3[h], t3[h]);
+        pack t5; EACH t5[h] = q[6 - k][h] * t4[h];
+        pack t6; EACH t6[h] = FMA(t5[h], (u[2 - k][h] - torque_up[2 - k][h]), -force_n_up[2 - k][h]);
+        pack t7; EACH t7[h] = FMA(c[1 + k], t6[h], force_n_up[2 - k][h]);
+        EACH force_u_up[1 - k][h] = FMA(c0[h], t2[h], -(s0[h] * t7[h]));
+        EACH force_n_up[1 - k][h] = FMA(s0[h], t2[h], c0[h] * t7[h]);
         EACH torque_up[1 - k][h] = u[2 - k][h];
-        EACH kept2[1 - k][h] = t6[h];
-        EACH kept3[1 - k][h] = t2[h];
-        EACH kept4[1 - k][h] = t7[h];
-        EACH kept5[1 - k][h] = c1[h];
-        EACH kept6[1 - k][h] = s1[h];
+        EACH kept2[1 - k][h] = t5[h];
+        EACH kept3[1 - k][h] = t1[h];
+        EACH kept4[1 - k][h] = t6[h];
+        EACH kept5[1 - k][h] = c0[h];
+        EACH kept6[1 - k][h] = s0[h];
     }
 }
 
