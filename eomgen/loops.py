@@ -21,6 +21,7 @@ from eomgen.ir.expr import Graph, Node, reachable
 from eomgen.ir.program import Array, Block, Inner, Place, Program, Step, Store, needed, straight, take_turns
 
 SYMBOLS = ("angle", "rate", "acceleration", "torque", "length", "length_rate", "length_acceleration", "force")
+NUMBERS = "numbers"  # the array of folded numbers that differ between links of a kind
 RUNS_PER_KIND = 2  # with more, on average, a loop per kind whose iterations take turns is shorter than one per run
 Outputs = dict[str, tuple[str, dict[int, int]]]  # result name -> array, and link -> index in it
 
@@ -106,9 +107,8 @@ def groups(mechanism: Mechanism) -> Groups:
     runs: list[list[int]] = []
     last: tuple[object, ...] = ()
     for i, (link, parent) in enumerate(zip(scene.links, scene.parents, strict=True)):
-        numbers = tuple(value for _, _, value in link.parameters) if mechanism.fold else ()
         names = tuple(short for short, _, _ in link.parameters)
-        kind = (link.model, link.mode, link.hangs, names, numbers, parent < 0, not scene.children[i])
+        kind = (link.model, link.mode, link.hangs, names, parent < 0, not scene.children[i])
         kinds.setdefault(kind, []).append(i)
         here = (*kind, parent >= 0 and len(scene.children[parent]) > 1)
         if here == last:
@@ -146,23 +146,32 @@ class _Run:
         members: the links.
         symbols: the stand-in for each of them.
         tables: for every stand-in symbol its array and, by link, its index.
+        numbers: folded numbers that differ between the links.
         root, tip: whether the links have no parent, no children.
         computed: nodes that blocks so far have computed -> position of the block.
     """
 
-    def __init__(self, mechanism: Mechanism, members: list[int], graph: Graph) -> None:
+    def __init__(self, mechanism: Mechanism, members: list[int], graph: Graph, first_number: int) -> None:
         scene = mechanism.scene
         link = scene.links[members[0]]
         self.members = members
         self.root, self.tip = scene.parents[members[0]] < 0, not scene.children[members[0]]
         self.computed: dict[Node, int] = {}
-        if mechanism.fold:
-            values = {short: graph.constant(value) for short, _, value in link.parameters}
-        else:
-            values = {short: graph.symbol(f"{link.name}.{short}") for short, _, _ in link.parameters}
+        self.numbers: list[float] = []
+        values: dict[str, Node] = {}
+        folded: dict[Node, dict[int, int]] = {}
+        for position, (short, _, value) in enumerate(link.parameters):
+            each = [scene.links[i].parameters[position][2] for i in members]
+            values[short] = graph.symbol(f"{link.name}.{short}")
+            if mechanism.fold and len(set(each)) == 1:
+                values[short] = graph.constant(value)
+            elif mechanism.fold:
+                start = first_number + len(self.numbers)
+                folded[values[short]] = {i: start + k for k, i in enumerate(members)}
+                self.numbers += each
         parent = None if self.root else _Parent(graph, link.name)
         self.symbols = LinkSymbols(link, graph, values, parent)  # type: ignore[arg-type]
-        self.tables: dict[Node, tuple[str, dict[int, int]]] = {}
+        self.tables: dict[Node, tuple[str, dict[int, int]]] = {node: (NUMBERS, at) for node, at in folded.items()}
         self._tabulate(mechanism, [(getattr(self.symbols, name), attrgetter(name)) for name in SYMBOLS])
         self._tabulate(mechanism, [(node, _Value(short)) for short, node in values.items()])
         if parent is not None:
@@ -206,7 +215,11 @@ class _Builder:
         self.ground = _Ground(self.graph, gravity)
         found = groups(mechanism)
         self.merged = found.merged
-        self.runs = [_Run(mechanism, members, self.graph) for members in found.members]
+        self.runs: list[_Run] = []
+        self.numbers: list[float] = []
+        for members in found.members:
+            self.runs.append(_Run(mechanism, members, self.graph, len(self.numbers)))
+            self.numbers += self.runs[-1].numbers
         self.run_of = {i: run for run in self.runs for i in run.members}
         self.flowing: set[tuple[int, _Run, int]] = set()  # (walk, run, quantity) that can be other than zero
         self.scratch: dict[str, Array] = {}
@@ -219,6 +232,10 @@ class _Builder:
         output = Array("out", self.function.shape(n, k, m), "output")
         size = max(n, len(outputs))
         self.scratch |= {name: Array(name, (size,), "work") for name, _ in outputs.values() if name != "out"}
+        if self.numbers:
+            self.scratch[NUMBERS] = Array(NUMBERS, (len(self.numbers),), "work")
+            values = [(NUMBERS, i, self.graph.constant(value)) for i, value in enumerate(self.numbers)]
+            self.blocks.append(straight("numbers of the links", {}, values))
         if self.looped.add or self.looped.pairs:
             name = "sum" if self.looped.add else "out"
             self.blocks.append(_zeros([name], range(len(outputs) if self.looped.add else output.size), self.graph))

@@ -343,14 +343,24 @@ def test_runs_become_loops() -> None:
     assert titles == ["link1", "link2 to link12", "link13 to link21", "link22 to link35", "link36"]
 
 
-def test_folded_numbers_tell_links_apart() -> None:
-    """With the numbers in the code, only links with equal numbers share a loop."""
+@pytest.mark.parametrize("accuracy", ["fast", "standard", "high"])
+def test_folded_numbers_stand_in_tables(accuracy: str) -> None:
+    """Numbers that all links share are in the code, others in tables; the loops are those of parameters."""
     equal, unequal = chain(30, "rigid"), tree("unequal", line(30), "rigid")
-    for scene, count in ((equal, 3), (unequal, 30)):
-        (program,) = pipeline.programs(articulated(scene, fold=True), ["joints"], loops=True)
-        assert len([*parts(program.blocks)]) == count
-        (program,) = pipeline.programs(articulated(scene), ["joints"])
-        assert len(program.blocks) == 3
+    for scene in (equal, unequal):
+        (program,) = pipeline.programs(articulated(scene, fold=True), ["joints"])
+        assert len([*parts(program.blocks)]) == 3
+        assert any(array.name == "numbers" for array in program.scratch) == (scene is unequal)
+    names = ["forward_dynamics", "energy"]
+    folded = eomgen.compile(unequal, functions=names, fold=True, accuracy=accuracy)
+    plain = eomgen.compile(unequal, functions=names)
+    states = random_state(unequal, 3, (20,))
+    for name, letters in (("forward_dynamics", "qvu"), ("energy", "qv")):
+        found, expected = (
+            getattr(folded, name)(*states.of(letters), []),
+            getattr(plain, name)(*states.of(letters), plain.p),
+        )
+        assert abs(found - expected).max() <= {"fast": 1e-3}.get(accuracy, 1e-12) * abs(expected).max()
 
 
 def test_parents_by_table() -> None:

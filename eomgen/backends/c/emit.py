@@ -12,10 +12,11 @@ from eomgen.backends.c.arithmetic import ARITHMETIC, STREAMS, Arithmetic
 from eomgen.backends.c.printer import CPrinter, HighPrinter, Kind
 from eomgen.backends.package import init_source, legend, package_files, rollout_signature
 from eomgen.ir.program import Array, Block, Program, Step, Turns, parts
-from eomgen.ir.statements import Indices, decimal, statements
+from eomgen.ir.statements import Indices, Text, decimal, statements
 from eomgen.model import Model
 
 WIDE_LIMIT = 2000  # expression nodes
+FEW_NUMBERS = 8  # that are stored one by one
 TYPES = {"float64": ("f64", "f64v"), "float32": ("f32", "f32v"), "longdouble": ("f80", None)}
 
 
@@ -142,10 +143,34 @@ def _step(step: Step, printer: CPrinter | HighPrinter) -> list[str]:
 
 def _block(block: Block, printer: CPrinter | HighPrinter) -> list[str]:
     """The lines of a block; a loop around them if it repeats."""
+    if _is_list(block):
+        return _list(block, printer)
     tables, lines = _body(block, printer)
     if block.looped:
         lines = [f"for (int k = 0; k < {block.count}; k++) {{", *(f"    {line}" for line in lines), "}"]
     return [*tables, *lines]
+
+
+def _is_list(block: Block) -> bool:
+    """Whether a block fills an array with numbers, from the first element on."""
+    if len(block.stores) <= FEW_NUMBERS or block.looped:
+        return False
+    array = block.stores[0].place.array
+    return all(
+        store.node.op == "constant" and (store.place.array, store.place.indices[0]) == (array, i)
+        for i, store in enumerate(block.stores)
+    )
+
+
+def _list(block: Block, printer: CPrinter | HighPrinter) -> list[str]:
+    """Such a block as a loop over a table, which takes less compile time than statements."""
+    numbers = ", ".join(decimal(store.node.value) for store in block.stores)
+    node = block.stores[0].node
+    store = printer.store(block.stores[0].place.array, "k", Text(printer.listed("table[k]"), 3, 0, node), add=False)
+    return [
+        f"static const double table[] = {{{numbers}}};",
+        f"for (int k = 0; k < {len(block.stores)}; k++) {store}",
+    ]
 
 
 def _body(block: Block, printer: CPrinter | HighPrinter) -> tuple[list[str], list[str]]:

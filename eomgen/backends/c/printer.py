@@ -52,6 +52,10 @@ class CPrinter:
         self.scalars.add(text)
         return Text(text, 3, 0, node)
 
+    def listed(self, element: str) -> str:
+        """An element of a table of doubles."""
+        return f"(scalar){element}"
+
     def operation(self, node: Node, args: list[Text]) -> Text:
         if node.op in FUNCTIONS:
             inner = ", ".join(arg.text for arg in args)
@@ -181,6 +185,9 @@ class HighPrinter:
         lo = float(Fraction(node.value) - Fraction(hi))
         text = f"TWOFOLD({hi!r}, {lo!r})" if lo else self._double(f"SET({hi!r})")
         return Text(text, 3, 0, node)
+
+    def listed(self, element: str) -> str:
+        return self._double(f"SET({element})")
 
     def operation(self, node: Node, args: list[Text]) -> Text:
         depth = 1 + max(arg.depth for arg in args)
