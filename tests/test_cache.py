@@ -183,12 +183,12 @@ def test_where_the_cache_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_the_wrapper_is_built_once(fresh: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Only the kernel is compiled and linked for another model."""
+    """Only the two parts of the kernel are compiled, and linked, for another model."""
     commands: list[list[str]] = []
     run = build._run
     monkeypatch.setattr(build, "_run", lambda folder, command: (commands.append(command), run(folder, command))[1])
     eomgen.compile(chain(1), **SMALL)
-    assert len(commands) == 2
+    assert len(commands) == 3
     assert not any("cython" in command for command in commands)
 
 
@@ -377,13 +377,17 @@ def test_the_cache_of_nobody(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_failed_build_keeps_its_log(fresh: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    script = compiler(tmp_path, "badcc", "cc 1.0", 'echo "x.c:1: error: out of patience" >&2; exit 1')
+    """With what each of the steps side by side said, one after the other."""
+    complaint = 'echo "x.c:1: error: out of patience" >&2; sleep 0.1; echo "x.c:9: note: none left"; exit 1'
+    script = compiler(tmp_path, "badcc", "cc 1.0", complaint)
     monkeypatch.setenv("CC", script)
     with pytest.raises(BuildError, match=r"failed with exit code 1: x\.c:1: error: out of patience; log: ") as caught:
         eomgen.compile(chain(1), **SMALL)
     log = Path(str(caught.value).rpartition("log: ")[2])
-    assert log.read_text().startswith("$ ")
-    assert "out of patience" in log.read_text()
+    lines = log.read_text().splitlines()
+    assert [line.startswith("$ ") for line in lines] == [True, False, False] * len(build.PARTS)
+    assert set(lines[1::3]) == {"x.c:1: error: out of patience"}
+    assert set(lines[2::3]) == {"x.c:9: note: none left"}
     assert published(fresh) == []
     monkeypatch.delenv("CC")
     assert eomgen.compile(chain(1), **SMALL).energy is not None

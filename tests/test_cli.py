@@ -256,7 +256,7 @@ def test_show_is_for_some_functions(run: Command) -> None:
 
 def test_show_as_c(run: Command) -> None:
     out = run("show", "--links", "1", "--model", "rigid", "--c").out
-    assert "static void EOM_NAME(forward_dynamics)" in out
+    assert "EOM_LINKAGE void EOM_NAME(forward_dynamics)" in out
     assert "q[0]  link1.angle (rad)" in out
 
 

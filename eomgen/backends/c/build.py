@@ -26,6 +26,7 @@ from eomgen.errors import BuildError, one_line, shown
 RUNTIME = Path(__file__).parent / "runtime"
 COMMON = ("-std=gnu11", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden")
 LOG = "build.log"
+PARTS = (1, 2)  # of <name>.c: scalars with all else, vectors
 
 
 @dataclass(frozen=True)
@@ -121,23 +122,28 @@ def _version(package: str) -> str:
 
 
 def build(folder: Path, name: str, tools: Toolchain) -> None:
-    """Compiles csrc/<name>.c in `folder` and links it with the wrapper into _kernel.
+    """Compiles csrc/<name>.c in `folder`, in two parts side by side, and links them with the wrapper into _kernel.
 
     Raises:
         BuildError: a step failed; the message names the log, which is kept.
     """
-    with ThreadPoolExecutor(2) as pool:
+
+    def kernel(part: int) -> str:
+        made = f"kernel{part}.o"
+        source = ["-O2", f"-DEOM_PART={part}", "-c", f"csrc/{name}.c"]
+        _run(folder, [*tools.command, *tools.flags, *source, "-o", made])
+        return made
+
+    with ThreadPoolExecutor(3) as pool:
         wrapper = pool.submit(_wrapper, tools)
-        kernel = pool.submit(
-            _run, folder, [*tools.command, *tools.flags, "-O2", "-c", f"csrc/{name}.c", "-o", "kernel.o"]
-        )
-        kernel.result()
+        kernels = list(pool.map(kernel, PARTS))
         objects = wrapper.result()
     suffix = sysconfig.get_config_var("EXT_SUFFIX")
     shared = ["-bundle", "-undefined", "dynamic_lookup"] if sys.platform == "darwin" else ["-shared"]
-    parts = ["kernel.o", str(objects / "_kernel.o"), str(objects / "eomgen_batch.o")]
+    parts = [*kernels, str(objects / "_kernel.o"), str(objects / "eomgen_batch.o")]
     _run(folder, [*tools.command, *shared, *parts, "-lm", "-o", f"_kernel{suffix}"])
-    (folder / "kernel.o").unlink()
+    for made in kernels:
+        (folder / made).unlink()
     (folder / LOG).unlink()
 
 
@@ -162,22 +168,30 @@ def _wrapper(tools: Toolchain) -> Path:
 
 
 def _run(folder: Path, command: list[str]) -> None:
-    """Runs one step in a folder, appending what it prints to the log.
+    """Runs one step in a folder, then appends what it printed to the log, which steps side by side share.
 
     Raises:
         BuildError: it failed.
     """
     log = folder / LOG
+    try:
+        done = subprocess.run(
+            command,
+            cwd=folder,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            check=False,
+        )
+    except OSError as error:
+        raise BuildError(f"cannot run {command[0]!r} ({error.strerror})") from None
     with log.open("a", encoding="utf-8") as stream:
-        stream.write(f"$ {shlex.join(command)}\n")
-        stream.flush()
-        try:
-            code = subprocess.run(command, cwd=folder, stdout=stream, stderr=subprocess.STDOUT, check=False).returncode
-        except OSError as error:
-            raise BuildError(f"cannot run {command[0]!r} ({error.strerror}); log: {log}") from None
-    if code:
+        stream.write(f"$ {shlex.join(command)}\n{done.stdout}")
+    if done.returncode:
         step = "Cython" if "cython" in command else f"the C compiler {command[0]!r}"
-        said = next((line for line in log.read_text().splitlines() if "error" in line.lower()), "")
+        said = next((line for line in done.stdout.splitlines() if "error" in line.lower()), "")
         raise BuildError(
-            f"{step} failed with exit code {code}{': ' + one_line(said.strip(), 300) if said else ''}; log: {log}"
+            f"{step} failed with exit code {done.returncode}{': ' + one_line(said.strip(), 300) if said else ''}; "
+            f"log: {log}"
         )

@@ -192,10 +192,13 @@ def table(model: Model) -> str:
     arithmetic = ARITHMETIC[model.accuracy]
     undefs = "\n".join(f"#undef {name}" for name in ("real", "pack", "scalar", "STREAMS", *_defined(arithmetic.macros)))
     includes: list[str] = []
+    vectors: list[str] = []
     for scalar, vector in suffixes:
-        includes.append(template.INCLUDE.format(name=model.name, real=scalar, scalar=scalar, text=1, undefs=undefs))
+        frame = {"name": model.name, "scalar": scalar, "undefs": undefs}
+        includes.append(template.INCLUDE.format(real=scalar, text=1, other=2, **frame))
         if vector:
-            includes.append(template.INCLUDE.format(name=model.name, real=vector, scalar=scalar, text=0, undefs=undefs))
+            includes.append(template.INCLUDE.format(real=vector, text=0, other=1, **frame))
+            vectors += [f"void {program.name}_{vector}(void);" for program in model.programs]
     entries: list[str] = []
     interfaces: list[str] = []
     for program in model.programs:
@@ -206,6 +209,7 @@ def table(model: Model) -> str:
         name=model.name,
         runtime=arithmetic.runtime,
         includes="\n".join(includes),
+        vectors="\n".join(vectors),
         shapes="\n".join(_shapes(program) for program in model.programs),
         entries="\n".join(entries),
         values=_wrap(", ".join(number_of(value) for value in model.p)) if model.p else "    0",

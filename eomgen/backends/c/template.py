@@ -105,7 +105,7 @@ PARAMETERS = "const pack *const *in, const scalar *p, const {still} *c, pack *re
 CONSTANTS_PARAMETERS = "const scalar *p, {still} *restrict c"
 
 FUNCTION = """\
-static void EOM_NAME({name})({parameters})
+EOM_LINKAGE void EOM_NAME({name})({parameters})
 {{
 {body}
 }}
@@ -119,6 +119,7 @@ static __attribute__((noinline)) void EOM_NAME({name})({parameters})
 """
 
 INCLUDE = """\
+#if EOM_PART != {other}
 #define EOM_REAL {real}
 #define scalar eom_{scalar}
 #define EOM_SCALAR_TEXT {text}
@@ -126,6 +127,7 @@ INCLUDE = """\
 {undefs}
 #undef EOM_SCALAR_TEXT
 #undef EOM_REAL
+#endif
 """
 
 TABLE = """\
@@ -141,7 +143,20 @@ TABLE = """\
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #pragma GCC diagnostic ignored "-Wpsabi"
 
+#ifndef EOM_PART
+#define EOM_PART 0 /* everything; 1: the scalars, the table and the functions, 2: the vectors, to be linked with 1 */
+#endif
+#if EOM_PART == 2
+#define EOM_LINKAGE
+#else
+#define EOM_LINKAGE static
+#endif
+
 {includes}
+#if EOM_PART == 1
+{vectors}
+#endif
+#if EOM_PART != 2
 {shapes}
 
 #define EOM_CAST(kernel) ((void (*)(void))(kernel))
@@ -155,7 +170,9 @@ const double {name}_p[{size}] = {{
 {values}
 }};
 
-{interfaces}"""
+{interfaces}
+#endif
+"""
 
 ENTRY = """\
     {{"{name}", "{signature}",

@@ -10,6 +10,16 @@
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #pragma GCC diagnostic ignored "-Wpsabi"
 
+#ifndef EOM_PART
+#define EOM_PART 0 /* everything; 1: the scalars, the table and the functions, 2: the vectors, to be linked with 1 */
+#endif
+#if EOM_PART == 2
+#define EOM_LINKAGE
+#else
+#define EOM_LINKAGE static
+#endif
+
+#if EOM_PART != 2
 #define EOM_REAL f64
 #define scalar eom_f64
 #define EOM_SCALAR_TEXT 1
@@ -31,7 +41,9 @@
 #undef LOG
 #undef EOM_SCALAR_TEXT
 #undef EOM_REAL
+#endif
 
+#if EOM_PART != 1
 #define EOM_REAL f64v
 #define scalar eom_f64
 #define EOM_SCALAR_TEXT 0
@@ -53,7 +65,18 @@
 #undef LOG
 #undef EOM_SCALAR_TEXT
 #undef EOM_REAL
+#endif
 
+#if EOM_PART == 1
+void forward_dynamics_f64v(void);
+void inverse_dynamics_f64v(void);
+void mass_matrix_f64v(void);
+void bias_f64v(void);
+void energy_f64v(void);
+void prescribed_forces_f64v(void);
+void joints_f64v(void);
+#endif
+#if EOM_PART != 2
 static const int forward_dynamics_rows[] = {3, 3, 3, 1, 12, 3};
 static const int forward_dynamics_columns[] = {0, 0, 0, 3, 0, 0};
 static const int inverse_dynamics_rows[] = {3, 3, 3, 1, 12, 3};
@@ -219,3 +242,5 @@ void leg_joints_batch(size_t states, const double *q, const double *w, const dou
     const intptr_t dimensions[] = {(intptr_t)states}, steps[] = {24, 24, 0, 32, 8, 24, 8, 8, 16, 8};
     eom_loop_f64(args, dimensions, steps, (void *)&eom_functions[6]);
 }
+
+#endif

@@ -62,7 +62,7 @@ typedef real pack[EOM_WIDE];
 #define STREAMS EOM_WIDE
 #if EOM_SCALAR_TEXT
 
-static void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *restrict c)
+EOM_LINKAGE void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *restrict c)
 {
     pack t0; EACH t0[h] = p[7] * p[9];
     pack t1; EACH t1[h] = p[8] * p[10];
@@ -83,7 +83,7 @@ static void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *restri
 
 #endif
 
-static void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
     const pack *const q = in[0];
     const pack *const v = in[1];
@@ -134,7 +134,7 @@ static void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, c
 #define STREAMS 1
 #if EOM_SCALAR_TEXT
 
-static void EOM_NAME(inverse_dynamics_constants)(const scalar *p, scalar *restrict c)
+EOM_LINKAGE void EOM_NAME(inverse_dynamics_constants)(const scalar *p, scalar *restrict c)
 {
     pack t0; EACH t0[h] = p[7] * p[9];
     pack t1; EACH t1[h] = p[8] * p[10];
@@ -155,7 +155,7 @@ static void EOM_NAME(inverse_dynamics_constants)(const scalar *p, scalar *restri
 
 #endif
 
-static void EOM_NAME(inverse_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(inverse_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
     const pack *const q = in[0];
     const pack *const v = in[1];
@@ -197,7 +197,7 @@ static void EOM_NAME(inverse_dynamics)(const pack *const *in, const scalar *p, c
 #define STREAMS 1
 #if EOM_SCALAR_TEXT
 
-static void EOM_NAME(mass_matrix_constants)(const scalar *p, scalar *restrict c)
+EOM_LINKAGE void EOM_NAME(mass_matrix_constants)(const scalar *p, scalar *restrict c)
 {
     pack t0; EACH t0[h] = p[7] * p[9];
     pack t1; EACH t1[h] = p[8] * p[10];
@@ -212,7 +212,7 @@ static void EOM_NAME(mass_matrix_constants)(const scalar *p, scalar *restrict c)
 
 #endif
 
-static void EOM_NAME(mass_matrix)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(mass_matrix)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
     const pack *const q = in[0];
     const pack *const w = in[1];
@@ -240,7 +240,7 @@ static void EOM_NAME(mass_matrix)(const pack *const *in, const scalar *p, const 
 #define STREAMS 1
 #if EOM_SCALAR_TEXT
 
-static void EOM_NAME(bias_constants)(const scalar *p, scalar *restrict c)
+EOM_LINKAGE void EOM_NAME(bias_constants)(const scalar *p, scalar *restrict c)
 {
     pack t0; EACH t0[h] = p[7] * p[9];
     pack t1; EACH t1[h] = p[8] * p[10];
@@ -259,7 +259,7 @@ static void EOM_NAME(bias_constants)(const scalar *p, scalar *restrict c)
 
 #endif
 
-static void EOM_NAME(bias)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(bias)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
     const pack *const q = in[0];
     const pack *const v = in[1];
@@ -293,7 +293,7 @@ static void EOM_NAME(bias)(const pack *const *in, const scalar *p, const scalar 
 #define STREAMS 1
 #if EOM_SCALAR_TEXT
 
-static void EOM_NAME(energy_constants)(const scalar *p, scalar *restrict c)
+EOM_LINKAGE void EOM_NAME(energy_constants)(const scalar *p, scalar *restrict c)
 {
     pack t0; EACH t0[h] = p[7] * p[9];
     pack t1; EACH t1[h] = p[8] * p[10];
@@ -312,7 +312,7 @@ static void EOM_NAME(energy_constants)(const scalar *p, scalar *restrict c)
 
 #endif
 
-static void EOM_NAME(energy)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(energy)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
     const pack *const q = in[0];
     const pack *const v = in[1];
@@ -339,7 +339,7 @@ static void EOM_NAME(energy)(const pack *const *in, const scalar *p, const scala
 #define STREAMS 1
 #if EOM_SCALAR_TEXT
 
-static void EOM_NAME(prescribed_forces_constants)(const scalar *p, scalar *restrict c)
+EOM_LINKAGE void EOM_NAME(prescribed_forces_constants)(const scalar *p, scalar *restrict c)
 {
     pack t0; EACH t0[h] = p[7] * p[9];
     pack t1; EACH t1[h] = p[8] * p[10];
@@ -349,7 +349,7 @@ static void EOM_NAME(prescribed_forces_constants)(const scalar *p, scalar *restr
 
 #endif
 
-static void EOM_NAME(prescribed_forces)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(prescribed_forces)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
     const pack *const q = in[0];
     const pack *const v = in[1];
@@ -370,7 +370,7 @@ static void EOM_NAME(prescribed_forces)(const pack *const *in, const scalar *p, 
  */
 #undef STREAMS
 #define STREAMS 1
-static void EOM_NAME(joints)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(joints)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
     const pack *const q = in[0];
     const pack *const w = in[1];

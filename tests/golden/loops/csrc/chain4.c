@@ -10,6 +10,16 @@
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #pragma GCC diagnostic ignored "-Wpsabi"
 
+#ifndef EOM_PART
+#define EOM_PART 0 /* everything; 1: the scalars, the table and the functions, 2: the vectors, to be linked with 1 */
+#endif
+#if EOM_PART == 2
+#define EOM_LINKAGE
+#else
+#define EOM_LINKAGE static
+#endif
+
+#if EOM_PART != 2
 #define EOM_REAL f64
 #define scalar eom_f64
 #define EOM_SCALAR_TEXT 1
@@ -31,7 +41,9 @@
 #undef LOG
 #undef EOM_SCALAR_TEXT
 #undef EOM_REAL
+#endif
 
+#if EOM_PART != 1
 #define EOM_REAL f64v
 #define scalar eom_f64
 #define EOM_SCALAR_TEXT 0
@@ -53,7 +65,14 @@
 #undef LOG
 #undef EOM_SCALAR_TEXT
 #undef EOM_REAL
+#endif
 
+#if EOM_PART == 1
+void forward_dynamics_f64v(void);
+void mass_matrix_f64v(void);
+void energy_f64v(void);
+#endif
+#if EOM_PART != 2
 static const int forward_dynamics_rows[] = {8, 8, 8, 25, 8};
 static const int forward_dynamics_columns[] = {0, 0, 0, 0, 0};
 static const int mass_matrix_rows[] = {8, 25, 8};
@@ -131,3 +150,5 @@ void chain4_energy_batch(size_t states, const double *q, const double *v, const 
     const intptr_t dimensions[] = {(intptr_t)states}, steps[] = {64, 64, 0, 16, 8, 8, 8, 8};
     eom_loop_f64(args, dimensions, steps, (void *)&eom_functions[2]);
 }
+
+#endif

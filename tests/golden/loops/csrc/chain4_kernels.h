@@ -160,7 +160,7 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_4)(con
     EACH c[6] = (t0[h] + t1[h] + t2[h]) * t6[h];
 }
 
-static void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *restrict c)
+EOM_LINKAGE void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *restrict c)
 {
     EOM_NAME(forward_dynamics_constants_1)(p, c);
     EOM_NAME(forward_dynamics_constants_2)(p, c);
@@ -299,7 +299,7 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_5)(const pack *c
     EACH out[7][h] = FMA(q[7][h] * kept7[0][h], (q[7][h] * (v[3][h] * v[3][h])), FMA(u[7][h], c[5], -(c[6] * FMA(kept9[0][h], acceleration_u_down1[2][h], kept10[0][h] * acceleration_n_down1[2][h]))));
 }
 
-static void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
     EOM_NAME(forward_dynamics_1)(in, p, c, out, work);
     EOM_NAME(forward_dynamics_2)(in, p, c, out, work);
@@ -361,7 +361,7 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_3)(const sc
     EACH c[13] = hung_mass_up[0] + t4[h];
 }
 
-static void EOM_NAME(mass_matrix_constants)(const scalar *p, scalar *restrict c)
+EOM_LINKAGE void EOM_NAME(mass_matrix_constants)(const scalar *p, scalar *restrict c)
 {
     EOM_NAME(mass_matrix_constants_1)(p, c);
     EOM_NAME(mass_matrix_constants_2)(p, c);
@@ -468,7 +468,7 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_5)(const pack *const 
     }
 }
 
-static void EOM_NAME(mass_matrix)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(mass_matrix)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
     EOM_NAME(mass_matrix_1)(in, p, c, out, work);
     EOM_NAME(mass_matrix_2)(in, p, c, out, work);
@@ -519,7 +519,7 @@ static __attribute__((noinline)) void EOM_NAME(energy_constants_3)(const scalar 
     EACH c[10] = p[20] + p[18] + p[19];
 }
 
-static void EOM_NAME(energy_constants)(const scalar *p, scalar *restrict c)
+EOM_LINKAGE void EOM_NAME(energy_constants)(const scalar *p, scalar *restrict c)
 {
     EOM_NAME(energy_constants_1)(p, c);
     EOM_NAME(energy_constants_2)(p, c);
@@ -602,7 +602,7 @@ static __attribute__((noinline)) void EOM_NAME(energy_5)(const pack *const *in, 
     EACH out[1][h] = sum[1][h];
 }
 
-static void EOM_NAME(energy)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(energy)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
     EOM_NAME(energy_1)(in, p, c, out, work);
     EOM_NAME(energy_2)(in, p, c, out, work);

@@ -44,7 +44,7 @@ typedef real pack[EOM_WIDE];
 #define STREAMS EOM_WIDE
 #if EOM_SCALAR_TEXT
 
-static void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *restrict c)
+EOM_LINKAGE void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *restrict c)
 {
     pack t0; EACH t0[h] = K(0.5) * p[1];
     pack t1; EACH t1[h] = p[0] * t0[h];
@@ -56,7 +56,7 @@ static void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *restri
 
 #endif
 
-static void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
     const pack *const q = in[0];
     const pack *const u = in[2];
@@ -72,7 +72,7 @@ static void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, c
 #define STREAMS 1
 #if EOM_SCALAR_TEXT
 
-static void EOM_NAME(inverse_dynamics_constants)(const scalar *p, scalar *restrict c)
+EOM_LINKAGE void EOM_NAME(inverse_dynamics_constants)(const scalar *p, scalar *restrict c)
 {
     pack t0; EACH t0[h] = K(0.5) * p[1];
     pack t1; EACH t1[h] = p[0] * t0[h];
@@ -82,7 +82,7 @@ static void EOM_NAME(inverse_dynamics_constants)(const scalar *p, scalar *restri
 
 #endif
 
-static void EOM_NAME(inverse_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(inverse_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
     const pack *const q = in[0];
     const pack *const a = in[2];
@@ -98,7 +98,7 @@ static void EOM_NAME(inverse_dynamics)(const pack *const *in, const scalar *p, c
 #define STREAMS 1
 #if EOM_SCALAR_TEXT
 
-static void EOM_NAME(mass_matrix_constants)(const scalar *p, scalar *restrict c)
+EOM_LINKAGE void EOM_NAME(mass_matrix_constants)(const scalar *p, scalar *restrict c)
 {
     pack t0; EACH t0[h] = K(0.5) * p[1];
     EACH c[0] = FMA(t0[h], (p[0] * t0[h]), p[1] * (p[0] * p[1]) / K(12.0));
@@ -106,7 +106,7 @@ static void EOM_NAME(mass_matrix_constants)(const scalar *p, scalar *restrict c)
 
 #endif
 
-static void EOM_NAME(mass_matrix)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(mass_matrix)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
     EACH out[0][h] = R(c[0]);
 }
@@ -119,14 +119,14 @@ static void EOM_NAME(mass_matrix)(const pack *const *in, const scalar *p, const 
 #define STREAMS 1
 #if EOM_SCALAR_TEXT
 
-static void EOM_NAME(bias_constants)(const scalar *p, scalar *restrict c)
+EOM_LINKAGE void EOM_NAME(bias_constants)(const scalar *p, scalar *restrict c)
 {
     EACH c[0] = p[0] * (K(0.5) * p[1]);
 }
 
 #endif
 
-static void EOM_NAME(bias)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(bias)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
     const pack *const q = in[0];
     pack c0_sin, c0; EACH SINCOS_CALL(q[0][h], &c0_sin[h], &c0[h]);
@@ -141,7 +141,7 @@ static void EOM_NAME(bias)(const pack *const *in, const scalar *p, const scalar 
 #define STREAMS 1
 #if EOM_SCALAR_TEXT
 
-static void EOM_NAME(energy_constants)(const scalar *p, scalar *restrict c)
+EOM_LINKAGE void EOM_NAME(energy_constants)(const scalar *p, scalar *restrict c)
 {
     pack t0; EACH t0[h] = K(0.5) * p[1];
     pack t1; EACH t1[h] = p[0] * t0[h];
@@ -152,7 +152,7 @@ static void EOM_NAME(energy_constants)(const scalar *p, scalar *restrict c)
 
 #endif
 
-static void EOM_NAME(energy)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(energy)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
     const pack *const q = in[0];
     const pack *const v = in[1];
@@ -168,7 +168,7 @@ static void EOM_NAME(energy)(const pack *const *in, const scalar *p, const scala
  */
 #undef STREAMS
 #define STREAMS 1
-static void EOM_NAME(joints)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(joints)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
 {
     const pack *const q = in[0];
     pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
