@@ -13,7 +13,8 @@ from eomgen.model import Model
 
 RUNTIME = Path(__file__).parent / "runtime" / "_gufunc.py"
 PRINTER = NumPyPrinter()
-BLOCK_BYTES = 1 << 22  # of temporaries that are alive together
+VALUE_BYTES = 1 << 25  # of a block: about half of the nodes get a name, and live as long as the call
+RESULT_BYTES = 1 << 22  # of a block; its columns are written one by one, so it should stay in the cache
 SMALLEST, LARGEST = 64, 4096  # states per block
 
 
@@ -53,9 +54,10 @@ def kernel(model: Model) -> str:
 
 
 def _block_size(program: Program) -> int:
-    """States per block: as many as keep the temporaries in the cache."""
+    """States per block: enough that NumPy's calls cost little, few enough that the values take little memory."""
     values = sum(len(block.nodes()) * block.times() for block in parts(program.blocks)) // 2 + program.output.size
-    return max(SMALLEST, min(LARGEST, BLOCK_BYTES // (8 * max(values, 1)) // 64 * 64))
+    fitting = min(VALUE_BYTES // (8 * max(values, 1)), RESULT_BYTES // (8 * max(program.output.size, 1)))
+    return max(SMALLEST, min(LARGEST, fitting // 64 * 64))
 
 
 def _routine(program: Program, name: str, arguments: str, steps: tuple[Step, ...], result: str) -> str:

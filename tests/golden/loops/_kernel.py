@@ -283,7 +283,7 @@ mass_matrix = Function(
     _mass_matrix_constants,
     True,
     _mass_matrix,
-    2304,
+    4096,
     ('float64',),
 )
 mass_matrix.__module__ = __name__
