@@ -250,6 +250,9 @@ for name in sys.argv[2:]:
             assert out.tobytes() == expected[:size].tobytes()
             matrix = place(np.zeros((size, n, n)), at_end)
             module.mass_matrix(q, p, out=matrix)
+            q, v, u, out = (place(np.ascontiguousarray(y[:size].T), at_end).T for y in (x, x, x, 0 * x))
+            module.forward_dynamics(q, v, u, p, out=out)
+            assert out.tobytes() == expected[:size].tobytes()
 print("fine")
 """
 
@@ -278,6 +281,41 @@ def test_out_that_overlaps_an_argument(links: int, build: Callable[..., ModuleTy
         argument[:] = getattr(states, letter)
         call(module, "forward_dynamics", states._replace(**{letter: argument}), out=out)
         assert same(out, expected), (size, shift, letter)
+
+
+@pytest.mark.parametrize("links", LINKS)
+def test_batch_contiguous_out_that_overlaps_an_argument(links: int, build: Callable[..., ModuleType]) -> None:
+    """The same where the elements of a coordinate are adjacent, which kernels read and write in place."""
+    module = build(links)
+    for size, shift, letter in itertools.product((3, 16, 41, 100), (0, 1, -1, 8, -16, 33), "qvu"):
+        states = random_state(module, size, (size,))
+        expected = call(module, "forward_dynamics", states)
+        memory = np.zeros((links, size + 66))
+        argument = memory[:, 33 : 33 + size].T
+        out = memory[:, 33 + shift : 33 + shift + size].T
+        argument[:] = getattr(states, letter)
+        fortran = State(*(np.asfortranarray(x) for x in states))
+        call(module, "forward_dynamics", fortran._replace(**{letter: argument}), out=out)
+        assert same(np.ascontiguousarray(out), expected), (size, shift, letter)
+
+
+@pytest.mark.parametrize("links", LINKS)
+def test_pitch(links: int, build: Callable[..., ModuleType]) -> None:
+    """Adjacent states whose coordinates are at any distance: reversed, all the same, no multiple of a number."""
+    module = build(links)
+    states = random_state(module, links, (41,))
+    expected = call(module, "forward_dynamics", states)
+    odd = np.zeros((links, 41 * 8 + 4), np.uint8)
+    for letter in "qvu":
+        x = getattr(states, letter)
+        backwards = np.ascontiguousarray(x.T[::-1])[::-1].T
+        assert same(call(module, "forward_dynamics", states._replace(**{letter: backwards})), expected)
+        apart = np.ndarray((links, 41), np.float64, odd.data, 0, (41 * 8 + 4, 8)).T
+        apart[:] = x
+        assert same(call(module, "forward_dynamics", states._replace(**{letter: apart})), expected)
+        equal = np.broadcast_to(np.ascontiguousarray(x[:, 0]), (links, 41)).T
+        wanted = call(module, "forward_dynamics", states._replace(**{letter: np.ascontiguousarray(equal)}))
+        assert same(call(module, "forward_dynamics", states._replace(**{letter: equal})), wanted)
 
 
 def test_out_that_is_an_argument_backwards(build: Callable[..., ModuleType]) -> None:

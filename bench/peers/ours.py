@@ -23,7 +23,7 @@ LOOP = """
 #include "{name}.h"
 
 typedef void first(const double *, double *);
-typedef void one(const double *const *, const double *, const double *, double *, double *);
+typedef void one(const double *const *, const eom_place *, const double *, const double *, double *, void *);
 
 void loop(long states, const double *q, const double *v, const double *u, const double *p, double *out)
 {{
@@ -34,7 +34,7 @@ void loop(long states, const double *q, const double *v, const double *u, const 
         ((first *)f->f64.constants)(p, c);
     for (long k = 0; k < states; k++) {{
         const double *in[] = {{q + k * {n}, v + k * {n}, u + k * {n}}};
-        kernel(in, p, c, out + k * {size}, work);
+        kernel(in, 0, p, c, out + k * {size}, work);
     }}
 }}
 

@@ -87,7 +87,7 @@ def _routine(program: Program, name: str, steps: tuple[Step, ...], arithmetic: A
     for position, (step, body) in enumerate(zip(steps, bodies, strict=True), 1):
         lines = _indent([f"/* {step.title} */", *_used(pointers, body), *body])
         pieces.append(template.PART.format(name=f"{name}_{position}", parameters=parameters, body=lines))
-        calls.append(f"EOM_NAME({name}_{position})({'p, c' if constants else 'in, p, c, out, work'});")
+        calls.append(f"EOM_NAME({name}_{position})({'p, c' if constants else 'in, places, p, c, out, work'});")
     return "\n".join([*pieces, template.FUNCTION.format(name=name, parameters=parameters, body=_indent(calls))])
 
 
@@ -102,8 +102,11 @@ def _pointers(program: Program, arithmetic: Arithmetic, constants: bool) -> dict
         position = 0
         for array in program.inputs:
             if array.name != "p":
-                pointers[array.name] = f"const pack *const {array.name} = in[{position}];"
+                pointers[array.name] = (
+                    f"const scalar *const {array.name} = in[{position}]; EOM_PLACE({array.name}, {position});"
+                )
                 position += 1
+        pointers["out"] = f"EOM_PLACE(out, {position});"
     offset = {"constants": 0, "work": 0}
     for array in program.scratch:
         if array.role == "constants":
@@ -118,7 +121,7 @@ def _pointers(program: Program, arithmetic: Arithmetic, constants: bool) -> dict
 
 def _used(pointers: dict[str, str], body: list[str]) -> list[str]:
     text = "\n".join(body)
-    return [line for name, line in pointers.items() if re.search(rf"\b{name}\[", text)]
+    return [line for name, line in pointers.items() if re.search(rf"\b{name}\[|EOM_AT\({name},", text)]
 
 
 def _step(step: Step, printer: CPrinter | HighPrinter) -> list[str]:
@@ -179,11 +182,26 @@ def _body(block: Block, printer: CPrinter | HighPrinter) -> tuple[list[str], lis
     lines, texts = statements(block, printer, indices.of)
     for store in block.stores:
         lines.append(printer.store(store.place.array, indices.at(store.place), texts[store.node], store.add))
+    lines = _fetching(lines)
     if block.inner:
         first, following = indices.text(block.inner.first, "k"), indices.text(block.inner.following, "i")
         lines = [f"for (int i = {first}; i >= 0; i = {following}) {{", *(f"    {line}" for line in lines), "}"]
     tables = [f"static const int {name}[] = {{{', '.join(map(str, at))}}};" for at, name in indices.tables.items()]
     return tables, lines
+
+
+def _fetching(lines: list[str]) -> list[str]:
+    """The lines, each after requests for what it is the first to use, of a later block of states.
+
+    So they are spread over the computation: many at once would wait for each other.
+    """
+    found: list[str] = []
+    seen: set[str] = set()
+    for line in lines:
+        new = [at for at in dict.fromkeys(re.findall(r"EOM_AT(\([^()]*\))", line)) if at not in seen]
+        seen.update(new)
+        found += [*(f"EOM_FETCH{at};" for at in new), line]
+    return found
 
 
 def table(model: Model) -> str:
@@ -277,7 +295,7 @@ def _prototype(program: Program, model: Model, batch: bool) -> str:
 def _interface(program: Program, model: Model) -> str:
     if "float64" not in model.dtypes:
         return ""
-    inputs = [f"(const pack_f641 *){array.name}" for array in program.inputs if array.name != "p"]
+    inputs = [array.name for array in program.inputs if array.name != "p"]
     parameters = "p" if program.inputs[-1].name == "p" else "0"
     arithmetic = ARITHMETIC[model.accuracy]
     loads: list[str] = []

@@ -19,6 +19,11 @@ Kind = Literal["input", "output", "work", "constants", "p"]
 FUNCTIONS = {"pivot_inverse": "PIVOT_INVERSE", "sqrt": "SQRT", "exp": "EXP", "log": "LOG"}
 
 
+def element(kind: Kind, array: str, index: str) -> str:
+    """The reals of an element: arguments and results may lie in arrays of the caller."""
+    return f"EOM_AT({array}, {index})" if kind in ("input", "output") else f"{array}[{index}]"
+
+
 class CPrinter:
     """Arithmetic in the type of the arguments.
 
@@ -40,7 +45,7 @@ class CPrinter:
 
     def load(self, array: str, index: str) -> str:
         if self.kinds[array] not in ("constants", "p"):
-            return f"{array}[{index}][h]"
+            return f"{element(self.kinds[array], array, index)}[h]"
         self.scalars.add(f"{array}[{index}]")
         return f"{array}[{index}]"
 
@@ -95,7 +100,7 @@ class CPrinter:
             return f"EACH {array}[{index}] {sign} {value.text};"
         scalar = value.text.removeprefix("-") in self.scalars
         text = f"R({value.text})" if scalar else value.text
-        return f"EACH {array}[{index}][h] {sign} {text};"
+        return f"EACH {element(self.kinds[array], array, index)}[h] {sign} {text};"
 
 
 class FastPrinter(CPrinter):
@@ -112,8 +117,9 @@ class FastPrinter(CPrinter):
 
     def load(self, array: str, index: str) -> str:
         if self.kinds[array] == "input":
-            text = f"NARROW({array}[{index}])"
-            self.arguments[text] = f"{array}[{index}]"
+            pack = element("input", array, index)
+            text = f"NARROW({pack})"
+            self.arguments[text] = pack
             return text
         if self.kinds[array] == "p":
             self.scalars.add(f"(float)p[{index}]")
@@ -144,7 +150,7 @@ class FastPrinter(CPrinter):
 
     def store(self, array: str, index: str, value: Text, add: bool) -> str:
         if self.kinds[array] == "output":
-            return f"EACH WIDEN({array}[{index}], R({value.text}));"
+            return f"EACH WIDEN({element('output', array, index)}, R({value.text}));"
         return super().store(array, index, value, add)
 
 
@@ -170,7 +176,7 @@ class HighPrinter:
     def load(self, array: str, index: str) -> str:
         match self.kinds[array]:
             case "input":
-                return self._double(f"{array}[{index}][0]")
+                return self._double(f"{element('input', array, index)}[0]")
             case "p":
                 return self._double(f"SET(p[{index}])")
             case "constants":
@@ -234,6 +240,7 @@ class HighPrinter:
 
     def store(self, array: str, index: str, value: Text, add: bool) -> str:
         if self.kinds[array] == "output":
-            return f"{array}[{index}][0] = {value.text if value.text in self.doubles else f'{value.text}.hi'};"
+            text = value.text if value.text in self.doubles else f"{value.text}.hi"
+            return f"{element('output', array, index)}[0] = {text};"
         target = f"{array}[{index}]"
         return f"{target} = {self._call('ADD', target, value.text) if add else self._wide(value.text)};"

@@ -4,7 +4,7 @@ KERNELS_HEAD = """\
 /* {title}
  *
  * The equations, as one text for every type: {name}.c includes it once for each. `real` is a scalar or a vector of
- * lanes (a lane is a state), `scalar` its element. Every argument and result is a `pack` of STREAMS reals.
+ * lanes (a lane is a state), `scalar` its element. EOM_AT(q, i) is STREAMS reals: element i of an argument or result.
 {about}
  *
 {legend}
@@ -21,8 +21,8 @@ typedef real pack[EOM_WIDE];
 {macros}"""
 
 STANDARD_ABOUT = """\
- * So is every value between, and EACH statement computes its reals side by side; FMA, SINCOS, ... are those of
- * eomgen_real.h."""
+ * Every value between is a `pack` of as many, and EACH statement computes its reals side by side; FMA, SINCOS, ... are
+ * those of eomgen_real.h."""
 STANDARD_MACROS = """\
 #define EACH _Pragma("GCC unroll 2") for (int h = 0; h < STREAMS; h++)
 #define R(x) ((x) - (real){0}) /* a scalar in every lane; a vector as it is */
@@ -101,7 +101,10 @@ SECTION = """\
 #undef STREAMS
 #define STREAMS {streams}"""
 
-PARAMETERS = "const pack *const *in, const scalar *p, const {still} *c, pack *restrict out, {value} *restrict work"
+PARAMETERS = (
+    "const scalar *const *in, const eom_place *places, const scalar *p, const {still} *c, scalar *restrict out, "
+    "{value} *restrict work"
+)
 CONSTANTS_PARAMETERS = "const scalar *p, {still} *restrict c"
 
 FUNCTION = """\
@@ -186,10 +189,10 @@ DOC = "{name}({arguments})\\n\\n{doc}."
 INTERFACE = """\
 {prototype}
 {{
-    const pack_f641 *in[] = {{{inputs}}};
+    const double *in[] = {{{inputs}}};
     double c[{constants}], work[{work}];
 {loads}
-    {name}_f64(in, {parameters}, (void *)c, (pack_f641 *)out, (void *)work);
+    {name}_f64(in, 0, {parameters}, (void *)c, out, (void *)work);
 }}
 
 {batch}

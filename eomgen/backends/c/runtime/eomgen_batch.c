@@ -1,7 +1,8 @@
 /* eomgen_batch.c: runs a compiled function over arrays of states, in vector lanes where the type has them.
  *
- * The same text serves every model, so it is compiled once. States are copied into blocks of lanes (structure of
- * arrays), computed, and copied out; strides are arbitrary. What depends on the parameters only is computed once if
+ * The same text serves every model, so it is compiled once. A block of states is computed
+ * where it is if the lanes of each element are adjacent there, otherwise it is copied into lanes (structure of arrays)
+ * and out; strides are arbitrary. What depends on the parameters only is computed once if
  * p does not change from state to state.
  */
 #include "eomgen_model.h"
@@ -12,9 +13,8 @@
 #include <immintrin.h>
 #endif
 
-enum { EOM_AHEAD = 32 }; /* states from those being copied to those asked for */
+enum { EOM_AHEAD = 64 }; /* states from those being used to those asked for, where lanes are adjacent */
 enum { EOM_MAX_INPUTS = 8, EOM_MAX_STREAMS = 4, EOM_STACK_BYTES = 16384 };
-enum { EOM_FETCH_BYTES = 32768 }; /* beside a larger block the first cache has no room for the next one */
 
 /* An operand: `size` elements at the address of its state plus `offset` of each. */
 typedef struct {
@@ -24,7 +24,7 @@ typedef struct {
     int rows, columns;  /* columns >= 1 */
     int size;
     int dense;          /* elements are adjacent */
-    int fetch;          /* 0, or the cache that the next block is fetched into: states are adjacent too */
+    intptr_t pitch;     /* from element to element, scalars, where lanes are adjacent; 0 where they have to be copied */
 } eom_operand;
 
 static int eom_is_dense(const eom_operand *o, size_t scalar)
@@ -47,7 +47,7 @@ static int eom_operands(const eom_function *f, char **args, const intptr_t *step
         o->row = *inner++;
         o->column = f->columns[i] ? *inner++ : (intptr_t)scalar;
         o->dense = eom_is_dense(o, scalar);
-        o->fetch = 0;
+        o->pitch = 0;
         total += o->size;
     }
     if (!f->parameters) { /* an empty p, so that all functions look alike; the result stays last */

@@ -9,8 +9,8 @@
 #define FN(name) EOM_PASTE(EOM_PASTE(name, _), EOM_TYPE)
 
 typedef void FN(eom_constants)(const SCALAR *p, SCALAR *c);
-typedef void FN(eom_one)(const SCALAR *const *inputs, const SCALAR *p, const SCALAR *c, SCALAR *out, SCALAR *work);
-typedef void FN(eom_lanes)(const VECTOR *const *inputs, const SCALAR *p, const SCALAR *c, VECTOR *out, VECTOR *work);
+typedef void FN(eom_kernel)(const SCALAR *const *inputs, const eom_place *places, const SCALAR *p, const SCALAR *c,
+                            SCALAR *out, void *work);
 
 static void FN(eom_gather)(const eom_operand *o, const char *state, SCALAR *to, int spacing)
 {
@@ -69,14 +69,13 @@ static void FN(eom_run_one)(const eom_function *f, const eom_kernels *k, const e
         }
         char *at = result->base + state * result->step;
         SCALAR *out = result->dense ? (SCALAR *)at : out_copy;
-        ((FN(eom_one) *)k->one)(inputs, p, c, out, work);
+        ((FN(eom_kernel) *)k->one)(inputs, NULL, p, c, out, work);
         if (out == out_copy) FN(eom_scatter)(result, at, out, 1);
     }
 }
 
 #if EOM_WIDTH > 1
-/* A vector anywhere in memory. */
-typedef SCALAR FN(eom_loose) __attribute__((vector_size(sizeof(VECTOR)), aligned(sizeof(SCALAR)), may_alias));
+#define LOOSE EOM_PASTE(eom_loose_, EOM_VECTOR)
 
 /* Strided elements of EOM_WIDTH states into lanes, one element after the other. */
 static void FN(eom_load_strided)(const eom_operand *o, const char *first, int count, VECTOR *to, int streams)
@@ -108,7 +107,7 @@ EOM_INLINE void FN(eom_load_vectors)(const eom_operand *o, const char *first, VE
         for (int j = 0; j < columns; j++, at += column, to += streams)
             EOM_UNROLLED for (int h = 0; h < blocks; h++) {
                 if (h * sizeof(VECTOR) % 64 == 0) __builtin_prefetch(eom_ahead(at, EOM_AHEAD * sizeof(SCALAR) + h * sizeof(VECTOR)));
-                to[h] = ((const FN(eom_loose) *)at)[h];
+                to[h] = ((const LOOSE *)at)[h];
             }
     }
 }
@@ -122,7 +121,7 @@ EOM_INLINE void FN(eom_store_vectors)(const eom_operand *o, char *first, const V
         for (int j = 0; j < columns; j++, at += column, from += streams)
             EOM_UNROLLED for (int h = 0; h < blocks; h++) {
                 if (h * sizeof(VECTOR) % 64 == 0) __builtin_prefetch(eom_ahead(at, EOM_AHEAD * sizeof(SCALAR) + h * sizeof(VECTOR)), 1);
-                ((FN(eom_loose) *)at)[h] = from[h];
+                ((LOOSE *)at)[h] = from[h];
             }
     }
 }
@@ -156,21 +155,6 @@ static int FN(eom_has_rows)(const eom_operand *o)
 }
 #endif
 
-/* Asks for the rows of the next block: short ones are in no pattern that the hardware follows in time. */
-EOM_INLINE void FN(eom_fetch_rows)(const eom_operand *o, const char *first, int blocks, const int write)
-{
-    int bytes = o->fetch ? blocks * EOM_WIDTH * (int)o->step : 0;
-    for (int i = 0; i < bytes; i += 64) {
-        const void *at = eom_ahead(first, bytes + i);
-        if (o->fetch == 2)
-            __builtin_prefetch(at, 0, 2);
-        else if (write)
-            __builtin_prefetch(at, 1);
-        else
-            __builtin_prefetch(at);
-    }
-}
-
 /* `blocks` whole vectors of states; constants where they are inlined. */
 EOM_INLINE void FN(eom_load_blocks)(const eom_operand *o, const char *first, VECTOR *to, int streams, int blocks)
 {
@@ -180,7 +164,6 @@ EOM_INLINE void FN(eom_load_blocks)(const eom_operand *o, const char *first, VEC
     }
 #ifdef EOM_ROWS
     if (FN(eom_has_rows)(o)) {
-        FN(eom_fetch_rows)(o, first, blocks, 0);
         FN(eom_load_rows)((const SCALAR *)first, o->size, o->step / (intptr_t)sizeof(SCALAR), to, streams, blocks);
         return;
     }
@@ -196,7 +179,6 @@ EOM_INLINE void FN(eom_store_blocks)(const eom_operand *o, char *first, const VE
     }
 #ifdef EOM_ROWS
     if (FN(eom_has_rows)(o)) {
-        FN(eom_fetch_rows)(o, first, blocks, 1);
         FN(eom_store_rows)((SCALAR *)first, o->size, o->step / (intptr_t)sizeof(SCALAR), from, streams, blocks);
         return;
     }
@@ -242,27 +224,50 @@ static void FN(eom_store)(const eom_operand *o, intptr_t state, int count, const
         FN(eom_store_strided)(o, o->base + state * o->step, count, from, streams);
 }
 
+/* From element to element, scalars, where lanes are adjacent and the distance is always the same; otherwise 0. */
+static intptr_t FN(eom_pitch)(const eom_operand *o)
+{
+    intptr_t pitch = o->columns > 1 ? o->column : o->row;
+    if (o->step != sizeof(SCALAR) || pitch % (intptr_t)sizeof(SCALAR) != 0) return 0;
+    if (o->columns > 1 && o->rows > 1 && o->row != pitch * o->columns) return 0;
+    return pitch / (intptr_t)sizeof(SCALAR);
+}
+
 /* Blocks of `streams` vectors of states; lanes past the end repeat the last state. */
 static void FN(eom_run_lanes)(const eom_function *f, const eom_kernels *k, const eom_operand *operand, intptr_t states,
                               const SCALAR *p, const SCALAR *c, int streams, SCALAR *buffer)
 {
-    const VECTOR *inputs[EOM_MAX_INPUTS];
-    VECTOR *copies[EOM_MAX_INPUTS], *out = (VECTOR *)buffer;
+    const intptr_t whole = streams * EOM_WIDTH;
     const eom_operand *result = &operand[f->inputs + 1];
-    for (int i = 0; i < f->inputs; i++) {
-        inputs[i] = copies[i] = out;
-        out += operand[i].size * streams;
-        for (int h = 0; h < streams && operand[i].step == 0; h++)
-            FN(eom_load_strided)(&operand[i], operand[i].base, EOM_WIDTH, copies[i] + h, streams);
+    const SCALAR *inputs[EOM_MAX_INPUTS];
+    VECTOR *copies[EOM_MAX_INPUTS + 1], *next = (VECTOR *)buffer;
+    eom_place places[EOM_MAX_INPUTS + 1];
+    intptr_t advance[EOM_MAX_INPUTS + 1];
+    for (int i = 0; i <= f->inputs; i++) {
+        const eom_operand *o = i < f->inputs ? &operand[i] : result;
+        copies[i] = next;
+        next += o->size * streams;
+        if (i < f->inputs) inputs[i] = (const SCALAR *)copies[i];
+        for (int h = 0; h < streams && o->step == 0 && i < f->inputs; h++)
+            FN(eom_load_strided)(o, o->base, EOM_WIDTH, copies[i] + h, streams);
+        int rows = o->dense && o->step == (intptr_t)sizeof(SCALAR) * o->size; /* as many lines as their copy in lanes */
+        places[i].pitch = o->pitch ? o->pitch : whole;
+        places[i].next = o->pitch || rows ? (uintptr_t)o->base + (o->pitch ? EOM_AHEAD : whole) * o->step : (uintptr_t)copies[i];
+        advance[i] = o->pitch || rows ? whole * o->step : 0;
     }
-    VECTOR *work = out + result->size * streams;
-    FN(eom_lanes) *kernel = (FN(eom_lanes) *)k->lanes;
-    intptr_t block = 0, whole = streams * EOM_WIDTH;
+    SCALAR *out = (SCALAR *)copies[f->inputs];
+    VECTOR *work = next;
+    FN(eom_kernel) *kernel = (FN(eom_kernel) *)k->lanes;
+    intptr_t block = 0;
     for (; block + whole <= states; block += whole) {
         for (int i = 0; i < f->inputs; i++)
-            if (operand[i].step != 0) FN(eom_load_whole)(&operand[i], block, copies[i], streams);
-        kernel(inputs, p, c, out, work);
-        FN(eom_store_whole)(result, block, out, streams);
+            if (operand[i].pitch)
+                inputs[i] = (const SCALAR *)operand[i].base + block;
+            else if (operand[i].step != 0)
+                FN(eom_load_whole)(&operand[i], block, copies[i], streams);
+        kernel(inputs, places, p, c, result->pitch ? (SCALAR *)result->base + block : out, work);
+        if (!result->pitch) FN(eom_store_whole)(result, block, copies[f->inputs], streams);
+        for (int i = 0; i <= f->inputs; i++) places[i].next += advance[i];
     }
     if (block == states) return;
     int count[EOM_MAX_STREAMS];
@@ -274,8 +279,12 @@ static void FN(eom_run_lanes)(const eom_function *f, const eom_kernels *k, const
         for (int i = 0; i < f->inputs; i++)
             if (operand[i].step != 0) FN(eom_load)(&operand[i], first[h], count[h] ? count[h] : 1, copies[i] + h, streams);
     }
-    kernel(inputs, p, c, out, work);
-    for (int h = 0; h < streams; h++) FN(eom_store)(result, first[h], count[h], out + h, streams);
+    for (int i = 0; i <= f->inputs; i++) {
+        if (i < f->inputs) inputs[i] = (const SCALAR *)copies[i];
+        places[i] = (eom_place){whole, (uintptr_t)copies[i]};
+    }
+    kernel(inputs, places, p, c, out, work);
+    for (int h = 0; h < streams; h++) FN(eom_store)(result, first[h], count[h], copies[f->inputs] + h, streams);
 }
 #endif
 
@@ -315,9 +324,7 @@ void FN(eom_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps
     }
 #if EOM_WIDTH > 1
     if (lanes > 1) {
-        for (int i = 0; i < f->inputs + 2; i++)
-            if (operand[i].step == (intptr_t)sizeof(SCALAR) * operand[i].size)
-                operand[i].fetch = bytes <= EOM_FETCH_BYTES ? 1 : 2;
+        for (int i = 0; i < f->inputs + 2; i++) operand[i].pitch = FN(eom_pitch)(&operand[i]);
         FN(eom_run_lanes)(f, k, operand, states, p, c, streams, buffer);
     } else
 #endif
@@ -341,28 +348,24 @@ static void FN(eom_store_one)(const eom_operand *o, intptr_t state, int count, c
 
 #define REAL SCALAR
 #define RN(name) EOM_PASTE(FN(name), _one)
-#define KERNEL FN(eom_one)
 #define WIDTH 1
 #define LOAD FN(eom_load_one)
 #define STORE FN(eom_store_one)
 #include "eomgen_rollout_type.h"
 #undef REAL
 #undef RN
-#undef KERNEL
 #undef WIDTH
 #undef LOAD
 #undef STORE
 #if EOM_WIDTH > 1
 #define REAL VECTOR
 #define RN(name) EOM_PASTE(FN(name), _lanes)
-#define KERNEL FN(eom_lanes)
 #define WIDTH EOM_WIDTH
 #define LOAD FN(eom_load)
 #define STORE FN(eom_store)
 #include "eomgen_rollout_type.h"
 #undef REAL
 #undef RN
-#undef KERNEL
 #undef WIDTH
 #undef LOAD
 #undef STORE
@@ -421,7 +424,8 @@ static void FN(eom_rollout)(char **args, const intptr_t *dimensions, const intpt
     x.f = f, x.p = p_copy, x.c = c, x.n = n, x.k = k, x.streams = m;                                                   \
     x.q = at, x.v = x.q + n * m, x.stage_q = x.v + n * m, x.stage_v = x.stage_q + n * m;                               \
     for (int i = 0; i < 4; i++) x.a[i] = x.stage_v + (i + 1) * n * m;                                                  \
-    x.u = x.a[3] + n * m, x.w = x.u + f->rows[2] * m, x.stage_w = x.w + 3 * k * m, x.work = x.stage_w + 3 * k * m
+    x.u = x.a[3] + n * m, x.w = x.u + f->rows[2] * m, x.stage_w = x.w + 3 * k * m, x.work = x.stage_w + 3 * k * m;     \
+    for (int i = 0; i <= inputs; i++) x.places[i] = (eom_place){lanes, (uintptr_t)buffer}
 #if EOM_WIDTH > 1
         if (lanes > 1) {
             EOM_PASTE(FN(eom_trajectory), _lanes) x = {.kernel = kernels->lanes};
@@ -450,6 +454,7 @@ void FN(eom_rollout_euler)(char **args, const intptr_t *dimensions, const intptr
 
 #undef SCALAR
 #undef VECTOR
+#undef LOOSE
 #undef FN
 #undef EOM_TYPE
 #undef EOM_VECTOR

@@ -8,14 +8,23 @@
 
 #include <stdint.h>
 
+/* Where the lanes of an operand's elements are: element i of a block of states at its address + i pitch, whether that
+ * is in an array of the caller or in a copy. What is at next + i pitch will be wanted soon.
+ */
+typedef struct {
+    intptr_t pitch; /* scalars */
+    uintptr_t next; /* an address that may lie in no array */
+} eom_place;
+
 /* A function for one type. The pointers are cast by eomgen_batch.c to
  *
  *     void constants(const scalar *p, scalar *c);
- *     void one(const scalar *const *inputs, const scalar *p, const scalar *c, scalar *out, scalar *work);
- *     void lanes(const vector *const *inputs, const scalar *p, const scalar *c, vector *out, vector *work);
+ *     void one(const scalar *const *inputs, const eom_place *places, const scalar *p, const scalar *c, scalar *out,
+ *              void *work);
  *
- * `constants` computes what depends on the parameters only. A null `one` means that the type was not built, a null
- * `lanes` that there are no vectors of it.
+ * `constants` computes what depends on the parameters only. `lanes` is like `one`, for the states that fill its vectors;
+ * `places` has an entry for every input and the result. `one` does not look at `places`. A null `one` means that the type
+ * was not built, a null `lanes` that there are no vectors of it.
  */
 typedef struct {
     void (*constants)(void);

@@ -30,6 +30,7 @@
 #define EOMGEN_REAL_H
 
 #include <math.h>
+#include <stdint.h>
 
 
 /* ---- 1. Target --------------------------------------------------------------------------------------------------- */
@@ -95,6 +96,13 @@ typedef float eom_f32;
 typedef long double eom_f80;
 typedef double eom_f64v __attribute__((vector_size(EOM_VECTOR_BYTES)));
 typedef float eom_f32v __attribute__((vector_size(EOM_VECTOR_BYTES)));
+
+/* The same anywhere in an array of scalars. */
+typedef eom_f64 eom_loose_f64;
+typedef eom_f32 eom_loose_f32;
+typedef eom_f80 eom_loose_f80;
+typedef double eom_loose_f64v __attribute__((vector_size(EOM_VECTOR_BYTES), aligned(8), may_alias));
+typedef float eom_loose_f32v __attribute__((vector_size(EOM_VECTOR_BYTES), aligned(4), may_alias));
 
 /* Internal: integers of the same shapes (what comparisons give), and the pair of doubles in which scalar sines and
  * cosines are computed, so that one text serves them and the vectors. */
@@ -615,6 +623,7 @@ EOM_DEFINE_FUNCTION(log, log, logf, logl)
 #define EOM_NAME(name) EOM_JOIN(name##_, EOM_REAL)
 
 #define eom_real EOM_JOIN(eom_, EOM_REAL)
+#define eom_loose EOM_NAME(eom_loose)
 #define eom_set EOM_JOIN(eom_set_, EOM_REAL)
 #define eom_fma EOM_JOIN(eom_fma_, EOM_REAL)
 #define eom_sincos EOM_JOIN(eom_sincos_, EOM_REAL)
@@ -645,5 +654,16 @@ EOM_DEFINE_FUNCTION(log, log, logf, logl)
 #define EOM_LANES_f80 1
 #define EOM_LANES_f64v EOM_LANES_F64
 #define EOM_LANES_f32v EOM_LANES_F32
+
+/* In a kernel (see eomgen_model.h): element i of an operand, as an array of STREAMS reals, and the request for where that
+ * of a later block of states lies. Elements of one state are adjacent. */
+#define EOM_AT(a, i) ((eom_loose *)(a + (i) * a##_pitch))
+#define EOM_PLACE(a, position)                                                                                        \
+    const intptr_t a##_pitch = EOM_LANES > 1 ? places[position].pitch : 1;                                            \
+    const uintptr_t a##_next = EOM_LANES > 1 ? places[position].next : 0
+#define EOM_FETCH(a, i)                                                                                               \
+    _Pragma("GCC unroll 2") for (int h = 0; h < STREAMS; h++)                                                         \
+        if (EOM_LANES > 1 && h * sizeof(real) % 64 == 0)                                                              \
+            __builtin_prefetch((const void *)(a##_next + ((i) * a##_pitch + h * EOM_LANES) * sizeof(scalar)))
 
 #endif

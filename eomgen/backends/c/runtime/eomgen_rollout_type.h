@@ -1,7 +1,6 @@
 /* eomgen_rollout_type.h: fixed-step integration of forward dynamics; included once per real type.
  *
- * Expects REAL (a scalar or a vector), RN(name) (a name of its own per type), KERNEL (the kernel's type), WIDTH (its
- * lanes) and the names of eomgen_batch_type.h.
+ * Expects REAL (a scalar or a vector), RN(name) (a name of its own per type), WIDTH (its lanes) and the names of eomgen_batch_type.h.
  */
 
 /* What stays the same along a trajectory. The state, the stages and the inputs are arrays of elements x streams. */
@@ -9,6 +8,7 @@ typedef struct {
     const eom_function *f;
     void (*kernel)(void);
     const SCALAR *p, *c;
+    eom_place places[EOM_MAX_INPUTS + 1];
     int n, k, streams; /* coordinates, prescribed lengths */
     REAL *q, *v, *u, *w, *stage_q, *stage_v, *stage_w, *a[4], *work;
 } RN(eom_trajectory);
@@ -16,7 +16,8 @@ typedef struct {
 /* Accelerations at (q, v), time t after the start of the interval: the prescribed s̈ is constant there. */
 static void RN(eom_stage)(RN(eom_trajectory) * x, const REAL *q, const REAL *v, const REAL *t, int which)
 {
-    const REAL *inputs[EOM_MAX_INPUTS] = {q, v, x->u, x->stage_w};
+    const SCALAR *inputs[EOM_MAX_INPUTS] = {(const SCALAR *)q, (const SCALAR *)v, (const SCALAR *)x->u,
+                                            (const SCALAR *)x->stage_w};
     int m = x->streams;
     for (int i = 0; i < x->k; i++)
         for (int h = 0; h < m; h++) {
@@ -26,7 +27,7 @@ static void RN(eom_stage)(RN(eom_trajectory) * x, const REAL *q, const REAL *v, 
             now[m] = w[m] + t[h] * w[2 * m];
             now[2 * m] = w[2 * m];
         }
-    ((KERNEL *)x->kernel)(inputs, x->p, x->c, x->a[which], x->work);
+    ((FN(eom_kernel) *)x->kernel)(inputs, x->places, x->p, x->c, (SCALAR *)x->a[which], x->work);
 }
 
 /* Classical Runge-Kutta of fourth order for q'' = a(q, q'). */

@@ -24,12 +24,18 @@ typedef int eom_i32x4 __attribute__((vector_size(16)));
 typedef float eom_f32x4 __attribute__((vector_size(16)));
 
 EOM_INLINE eom_f32 eom_narrow_f64(const eom_f64 *x) { return (eom_f32)x[0]; }
-EOM_INLINE eom_f32v eom_narrow_f64v(const eom_f64v *x) { return eom_narrow_f32v(x[0], x[1]); }
+EOM_INLINE eom_f32v eom_narrow_f64v(const eom_loose_f64v *x) { return eom_narrow_f32v(x[0], x[1]); }
 EOM_INLINE void eom_widen_f64(eom_f64 *x, eom_f32 a) { x[0] = a; }
-EOM_INLINE void eom_widen_f64v(eom_f64v *x, eom_f32v a) { eom_widen_f32v(a, &x[0], &x[1]); }
+EOM_INLINE void eom_widen_f64v(eom_loose_f64v *x, eom_f32v a)
+{
+    eom_f64v low, high;
+    eom_widen_f32v(a, &low, &high);
+    x[0] = low;
+    x[1] = high;
+}
 
 EOM_INLINE eom_f32 eom_narrow_difference_f64(const eom_f64 *x, const eom_f64 *y) { return (eom_f32)(x[0] - y[0]); }
-EOM_INLINE eom_f32v eom_narrow_difference_f64v(const eom_f64v *x, const eom_f64v *y)
+EOM_INLINE eom_f32v eom_narrow_difference_f64v(const eom_loose_f64v *x, const eom_loose_f64v *y)
 {
     return eom_narrow_f32v(x[0] - y[0], x[1] - y[1]);
 }
@@ -125,11 +131,12 @@ EOM_INLINE void eom_sincos_difference_f64(const eom_f64 *x, const eom_f64 *y, eo
 {
     eom_single_turn_f64(x[0] - y[0], s, c);
 }
-EOM_INLINE void eom_sincos_angle_f64v(const eom_f64v *x, eom_f32v *s, eom_f32v *c)
+EOM_INLINE void eom_sincos_angle_f64v(const eom_loose_f64v *x, eom_f32v *s, eom_f32v *c)
 {
     eom_single_turn_f64v(x[0], x[1], s, c);
 }
-EOM_INLINE void eom_sincos_difference_f64v(const eom_f64v *x, const eom_f64v *y, eom_f32v *s, eom_f32v *c)
+EOM_INLINE void eom_sincos_difference_f64v(const eom_loose_f64v *x, const eom_loose_f64v *y, eom_f32v *s,
+                                           eom_f32v *c)
 {
     eom_single_turn_f64v(x[0] - y[0], x[1] - y[1], s, c);
 }

@@ -140,10 +140,10 @@ const double leg_p[12] = {
 
 void leg_forward_dynamics(const double *q, const double *v, const double *u, const double *w, const double *p, double *out)
 {
-    const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v, (const pack_f641 *)u, (const pack_f641 *)w};
+    const double *in[] = {q, v, u, w};
     double c[7], work[1];
     forward_dynamics_constants_f64(p, (void *)c);
-    forward_dynamics_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
+    forward_dynamics_f64(in, 0, p, (void *)c, out, (void *)work);
 }
 
 void leg_forward_dynamics_batch(size_t states, const double *q, const double *v, const double *u, const double *w, const double *p, double *out)
@@ -155,10 +155,10 @@ void leg_forward_dynamics_batch(size_t states, const double *q, const double *v,
 
 void leg_inverse_dynamics(const double *q, const double *v, const double *a, const double *w, const double *p, double *out)
 {
-    const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v, (const pack_f641 *)a, (const pack_f641 *)w};
+    const double *in[] = {q, v, a, w};
     double c[7], work[1];
     inverse_dynamics_constants_f64(p, (void *)c);
-    inverse_dynamics_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
+    inverse_dynamics_f64(in, 0, p, (void *)c, out, (void *)work);
 }
 
 void leg_inverse_dynamics_batch(size_t states, const double *q, const double *v, const double *a, const double *w, const double *p, double *out)
@@ -170,10 +170,10 @@ void leg_inverse_dynamics_batch(size_t states, const double *q, const double *v,
 
 void leg_mass_matrix(const double *q, const double *w, const double *p, double *out)
 {
-    const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)w};
+    const double *in[] = {q, w};
     double c[5], work[1];
     mass_matrix_constants_f64(p, (void *)c);
-    mass_matrix_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
+    mass_matrix_f64(in, 0, p, (void *)c, out, (void *)work);
 }
 
 void leg_mass_matrix_batch(size_t states, const double *q, const double *w, const double *p, double *out)
@@ -185,10 +185,10 @@ void leg_mass_matrix_batch(size_t states, const double *q, const double *w, cons
 
 void leg_bias(const double *q, const double *v, const double *w, const double *p, double *out)
 {
-    const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v, (const pack_f641 *)w};
+    const double *in[] = {q, v, w};
     double c[6], work[1];
     bias_constants_f64(p, (void *)c);
-    bias_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
+    bias_f64(in, 0, p, (void *)c, out, (void *)work);
 }
 
 void leg_bias_batch(size_t states, const double *q, const double *v, const double *w, const double *p, double *out)
@@ -200,10 +200,10 @@ void leg_bias_batch(size_t states, const double *q, const double *v, const doubl
 
 void leg_energy(const double *q, const double *v, const double *w, const double *p, double *out)
 {
-    const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v, (const pack_f641 *)w};
+    const double *in[] = {q, v, w};
     double c[6], work[1];
     energy_constants_f64(p, (void *)c);
-    energy_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
+    energy_f64(in, 0, p, (void *)c, out, (void *)work);
 }
 
 void leg_energy_batch(size_t states, const double *q, const double *v, const double *w, const double *p, double *out)
@@ -215,10 +215,10 @@ void leg_energy_batch(size_t states, const double *q, const double *v, const dou
 
 void leg_prescribed_forces(const double *q, const double *v, const double *a, const double *w, const double *p, double *out)
 {
-    const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v, (const pack_f641 *)a, (const pack_f641 *)w};
+    const double *in[] = {q, v, a, w};
     double c[2], work[1];
     prescribed_forces_constants_f64(p, (void *)c);
-    prescribed_forces_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
+    prescribed_forces_f64(in, 0, p, (void *)c, out, (void *)work);
 }
 
 void leg_prescribed_forces_batch(size_t states, const double *q, const double *v, const double *a, const double *w, const double *p, double *out)
@@ -230,10 +230,10 @@ void leg_prescribed_forces_batch(size_t states, const double *q, const double *v
 
 void leg_joints(const double *q, const double *w, const double *p, double *out)
 {
-    const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)w};
+    const double *in[] = {q, w};
     double c[1], work[1];
 
-    joints_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
+    joints_f64(in, 0, p, (void *)c, out, (void *)work);
 }
 
 void leg_joints_batch(size_t states, const double *q, const double *w, const double *p, double *out)

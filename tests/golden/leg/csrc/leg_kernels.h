@@ -1,9 +1,9 @@
 /* leg: equations of motion by the matrix method (eomgen VERSION)
  *
  * The equations, as one text for every type: leg.c includes it once for each. `real` is a scalar or a vector of
- * lanes (a lane is a state), `scalar` its element. Every argument and result is a `pack` of STREAMS reals.
- * So is every value between, and EACH statement computes its reals side by side; FMA, SINCOS, ... are those of
- * eomgen_real.h.
+ * lanes (a lane is a state), `scalar` its element. EOM_AT(q, i) is STREAMS reals: element i of an argument or result.
+ * Every value between is a `pack` of as many, and EACH statement computes its reals side by side; FMA, SINCOS, ... are
+ * those of eomgen_real.h.
  *
  * q[0]  shank.angle (rad)
  * q[1]  thigh.angle (rad)
@@ -83,47 +83,63 @@ EOM_LINKAGE void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *r
 
 #endif
 
-EOM_LINKAGE void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(forward_dynamics)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
-    const pack *const q = in[0];
-    const pack *const v = in[1];
-    const pack *const u = in[2];
-    const pack *const w = in[3];
-    pack t0; EACH t0[h] = v[1][h] * v[1][h];
-    pack s1, c1, s2, c2; EACH SINCOS2(q[1][h], q[0][h], &s1[h], &c1[h], &s2[h], &c2[h]);
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    const scalar *const v = in[1]; EOM_PLACE(v, 1);
+    const scalar *const u = in[2]; EOM_PLACE(u, 2);
+    const scalar *const w = in[3]; EOM_PLACE(w, 3);
+    EOM_PLACE(out, 4);
+    EOM_FETCH(v, 1);
+    pack t0; EACH t0[h] = EOM_AT(v, 1)[h] * EOM_AT(v, 1)[h];
+    EOM_FETCH(q, 1);
+    EOM_FETCH(q, 0);
+    pack s1, c1, s2, c2; EACH SINCOS2(EOM_AT(q, 1)[h], EOM_AT(q, 0)[h], &s1[h], &c1[h], &s2[h], &c2[h]);
     pack t3; EACH t3[h] = FMA(c1[h], s2[h], -(c2[h] * s1[h]));
-    pack t4; EACH t4[h] = w[0][h] * c[0];
-    pack t5; EACH t5[h] = q[2][h] * t4[h];
+    EOM_FETCH(w, 0);
+    pack t4; EACH t4[h] = EOM_AT(w, 0)[h] * c[0];
+    EOM_FETCH(q, 2);
+    pack t5; EACH t5[h] = EOM_AT(q, 2)[h] * t4[h];
     pack t6; EACH t6[h] = t3[h] * t5[h];
-    pack t7; EACH t7[h] = K(2.0) * (v[0][h] * v[2][h]);
-    pack t8; EACH t8[h] = q[2][h] * c[4];
-    pack t9; EACH t9[h] = q[2][h] * c[2];
+    EOM_FETCH(v, 0);
+    EOM_FETCH(v, 2);
+    pack t7; EACH t7[h] = K(2.0) * (EOM_AT(v, 0)[h] * EOM_AT(v, 2)[h]);
+    pack t8; EACH t8[h] = EOM_AT(q, 2)[h] * c[4];
+    pack t9; EACH t9[h] = EOM_AT(q, 2)[h] * c[2];
     pack t10; EACH t10[h] = t8[h] + t9[h];
-    pack t11; EACH t11[h] = K(2.0) * (v[1][h] * w[1][h]);
+    EOM_FETCH(w, 1);
+    pack t11; EACH t11[h] = K(2.0) * (EOM_AT(v, 1)[h] * EOM_AT(w, 1)[h]);
     pack t12; EACH t12[h] = FMA(c2[h], c1[h], s2[h] * s1[h]);
-    pack t13; EACH t13[h] = q[2][h] * c[0];
-    pack t14; EACH t14[h] = FMA(p[11], (c2[h] * FMA(q[2][h], c[3], t9[h])), FMA(-w[2][h], (t3[h] * t13[h]), FMA(t0[h], t6[h], FMA(t7[h], t10[h], t11[h] * (t12[h] * t13[h])))));
+    pack t13; EACH t13[h] = EOM_AT(q, 2)[h] * c[0];
+    EOM_FETCH(w, 2);
+    pack t14; EACH t14[h] = FMA(p[11], (c2[h] * FMA(EOM_AT(q, 2)[h], c[3], t9[h])), FMA(-EOM_AT(w, 2)[h], (t3[h] * t13[h]), FMA(t0[h], t6[h], FMA(t7[h], t10[h], t11[h] * (t12[h] * t13[h])))));
     pack t15; EACH t15[h] = t12[h] * t5[h];
     pack t16; EACH t16[h] = t12[h] * t4[h];
-    pack t17; EACH t17[h] = w[0][h] * c[1];
-    pack t18; EACH t18[h] = v[0][h] * v[0][h];
-    pack t19; EACH t19[h] = u[1][h] - FMA(p[11], (c1[h] * t4[h]), FMA(-t18[h], t6[h], FMA(t7[h], t16[h], t11[h] * t17[h])));
-    pack t20; EACH t20[h] = w[0][h] * t17[h];
+    pack t17; EACH t17[h] = EOM_AT(w, 0)[h] * c[1];
+    pack t18; EACH t18[h] = EOM_AT(v, 0)[h] * EOM_AT(v, 0)[h];
+    EOM_FETCH(u, 1);
+    pack t19; EACH t19[h] = EOM_AT(u, 1)[h] - FMA(p[11], (c1[h] * t4[h]), FMA(-t18[h], t6[h], FMA(t7[h], t16[h], t11[h] * t17[h])));
+    pack t20; EACH t20[h] = EOM_AT(w, 0)[h] * t17[h];
     pack t21; EACH t21[h] = PIVOT_INVERSE(t20[h], t20[h]);
     pack t22; EACH t22[h] = t19[h] * t21[h];
     pack t23; EACH t23[h] = t3[h] * t4[h];
     pack t24; EACH t24[h] = t23[h] * t21[h];
     pack t25; EACH t25[h] = t15[h] * t24[h];
-    pack t26; EACH t26[h] = FMA(p[6], v[2][h], FMA(p[11], (s2[h] * c[5]), FMA(w[2][h], (t12[h] * c[0]), FMA(t11[h], (t3[h] * c[0]), -FMA(t18[h], t10[h], t0[h] * t16[h])))));
-    pack t27; EACH t27[h] = FMA(-t23[h], t22[h], u[2][h] - t26[h]);
+    pack t26; EACH t26[h] = FMA(p[6], EOM_AT(v, 2)[h], FMA(p[11], (s2[h] * c[5]), FMA(EOM_AT(w, 2)[h], (t12[h] * c[0]), FMA(t11[h], (t3[h] * c[0]), -FMA(t18[h], t10[h], t0[h] * t16[h])))));
+    EOM_FETCH(u, 2);
+    pack t27; EACH t27[h] = FMA(-t23[h], t22[h], EOM_AT(u, 2)[h] - t26[h]);
     pack t28; EACH t28[h] = PIVOT_INVERSE(FMA(-t23[h], t24[h], c[6]), c[6]);
-    pack t29; EACH t29[h] = FMA(q[2][h], t8[h], c[2] * (q[2][h] * q[2][h]));
+    pack t29; EACH t29[h] = FMA(EOM_AT(q, 2)[h], t8[h], c[2] * (EOM_AT(q, 2)[h] * EOM_AT(q, 2)[h]));
     pack t30; EACH t30[h] = PIVOT_INVERSE(FMA(-t25[h], (t25[h] * t28[h]), FMA(-t15[h], (t15[h] * t21[h]), t29[h])), t29[h]);
-    pack t31; EACH t31[h] = FMA(t25[h], (t27[h] * t28[h]), FMA(-t15[h], t22[h], u[0][h] - u[1][h] - t14[h])) * t30[h];
+    EOM_FETCH(u, 0);
+    pack t31; EACH t31[h] = FMA(t25[h], (t27[h] * t28[h]), FMA(-t15[h], t22[h], EOM_AT(u, 0)[h] - EOM_AT(u, 1)[h] - t14[h])) * t30[h];
     pack t32; EACH t32[h] = t28[h] * FMA(t25[h], t31[h], t27[h]);
-    EACH out[0][h] = t31[h];
-    EACH out[1][h] = t21[h] * (t19[h] - FMA(t23[h], t32[h], t15[h] * t31[h]));
-    EACH out[2][h] = t32[h];
+    EOM_FETCH(out, 0);
+    EACH EOM_AT(out, 0)[h] = t31[h];
+    EOM_FETCH(out, 1);
+    EACH EOM_AT(out, 1)[h] = t21[h] * (t19[h] - FMA(t23[h], t32[h], t15[h] * t31[h]));
+    EOM_FETCH(out, 2);
+    EACH EOM_AT(out, 2)[h] = t32[h];
 }
 
 /* ---- inverse_dynamics ----
@@ -155,38 +171,54 @@ EOM_LINKAGE void EOM_NAME(inverse_dynamics_constants)(const scalar *p, scalar *r
 
 #endif
 
-EOM_LINKAGE void EOM_NAME(inverse_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(inverse_dynamics)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
-    const pack *const q = in[0];
-    const pack *const v = in[1];
-    const pack *const a = in[2];
-    const pack *const w = in[3];
-    pack t0; EACH t0[h] = v[1][h] * v[1][h];
-    pack s1, c1; EACH SINCOS_CALL(q[1][h], &s1[h], &c1[h]);
-    pack s2, c2; EACH SINCOS_CALL(q[0][h], &s2[h], &c2[h]);
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    const scalar *const v = in[1]; EOM_PLACE(v, 1);
+    const scalar *const a = in[2]; EOM_PLACE(a, 2);
+    const scalar *const w = in[3]; EOM_PLACE(w, 3);
+    EOM_PLACE(out, 4);
+    EOM_FETCH(v, 1);
+    pack t0; EACH t0[h] = EOM_AT(v, 1)[h] * EOM_AT(v, 1)[h];
+    EOM_FETCH(q, 1);
+    pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 1)[h], &s1[h], &c1[h]);
+    EOM_FETCH(q, 0);
+    pack s2, c2; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s2[h], &c2[h]);
     pack t3; EACH t3[h] = FMA(c1[h], s2[h], -(c2[h] * s1[h]));
-    pack t4; EACH t4[h] = w[0][h] * c[0];
-    pack t5; EACH t5[h] = q[2][h] * t4[h];
+    EOM_FETCH(w, 0);
+    pack t4; EACH t4[h] = EOM_AT(w, 0)[h] * c[0];
+    EOM_FETCH(q, 2);
+    pack t5; EACH t5[h] = EOM_AT(q, 2)[h] * t4[h];
     pack t6; EACH t6[h] = t3[h] * t5[h];
-    pack t7; EACH t7[h] = K(2.0) * (v[0][h] * v[2][h]);
-    pack t8; EACH t8[h] = q[2][h] * c[4];
-    pack t9; EACH t9[h] = q[2][h] * c[2];
+    EOM_FETCH(v, 0);
+    EOM_FETCH(v, 2);
+    pack t7; EACH t7[h] = K(2.0) * (EOM_AT(v, 0)[h] * EOM_AT(v, 2)[h]);
+    pack t8; EACH t8[h] = EOM_AT(q, 2)[h] * c[4];
+    pack t9; EACH t9[h] = EOM_AT(q, 2)[h] * c[2];
     pack t10; EACH t10[h] = t8[h] + t9[h];
-    pack t11; EACH t11[h] = K(2.0) * (v[1][h] * w[1][h]);
+    EOM_FETCH(w, 1);
+    pack t11; EACH t11[h] = K(2.0) * (EOM_AT(v, 1)[h] * EOM_AT(w, 1)[h]);
     pack t12; EACH t12[h] = FMA(c2[h], c1[h], s2[h] * s1[h]);
-    pack t13; EACH t13[h] = q[2][h] * c[0];
-    pack t14; EACH t14[h] = FMA(p[11], (c2[h] * FMA(q[2][h], c[3], t9[h])), FMA(-w[2][h], (t3[h] * t13[h]), FMA(t0[h], t6[h], FMA(t7[h], t10[h], t11[h] * (t12[h] * t13[h])))));
+    pack t13; EACH t13[h] = EOM_AT(q, 2)[h] * c[0];
+    EOM_FETCH(w, 2);
+    pack t14; EACH t14[h] = FMA(p[11], (c2[h] * FMA(EOM_AT(q, 2)[h], c[3], t9[h])), FMA(-EOM_AT(w, 2)[h], (t3[h] * t13[h]), FMA(t0[h], t6[h], FMA(t7[h], t10[h], t11[h] * (t12[h] * t13[h])))));
     pack t15; EACH t15[h] = t12[h] * t5[h];
-    pack t16; EACH t16[h] = t14[h] + FMA(a[0][h], FMA(q[2][h], t8[h], c[2] * (q[2][h] * q[2][h])), a[1][h] * t15[h]);
+    EOM_FETCH(a, 0);
+    EOM_FETCH(a, 1);
+    pack t16; EACH t16[h] = t14[h] + FMA(EOM_AT(a, 0)[h], FMA(EOM_AT(q, 2)[h], t8[h], c[2] * (EOM_AT(q, 2)[h] * EOM_AT(q, 2)[h])), EOM_AT(a, 1)[h] * t15[h]);
     pack t17; EACH t17[h] = t12[h] * t4[h];
-    pack t18; EACH t18[h] = w[0][h] * c[1];
-    pack t19; EACH t19[h] = v[0][h] * v[0][h];
+    pack t18; EACH t18[h] = EOM_AT(w, 0)[h] * c[1];
+    pack t19; EACH t19[h] = EOM_AT(v, 0)[h] * EOM_AT(v, 0)[h];
     pack t20; EACH t20[h] = t3[h] * t4[h];
-    pack t21; EACH t21[h] = FMA(p[11], (c1[h] * t4[h]), FMA(-t19[h], t6[h], FMA(t7[h], t17[h], t11[h] * t18[h]))) + FMA(a[2][h], t20[h], FMA(a[0][h], t15[h], a[1][h] * (w[0][h] * t18[h])));
-    pack t22; EACH t22[h] = FMA(p[6], v[2][h], FMA(p[11], (s2[h] * c[5]), FMA(w[2][h], (t12[h] * c[0]), FMA(t11[h], (t3[h] * c[0]), -FMA(t19[h], t10[h], t0[h] * t17[h])))));
-    EACH out[0][h] = t16[h] + t21[h];
-    EACH out[1][h] = t21[h];
-    EACH out[2][h] = t22[h] + FMA(a[1][h], t20[h], a[2][h] * c[6]);
+    EOM_FETCH(a, 2);
+    pack t21; EACH t21[h] = FMA(p[11], (c1[h] * t4[h]), FMA(-t19[h], t6[h], FMA(t7[h], t17[h], t11[h] * t18[h]))) + FMA(EOM_AT(a, 2)[h], t20[h], FMA(EOM_AT(a, 0)[h], t15[h], EOM_AT(a, 1)[h] * (EOM_AT(w, 0)[h] * t18[h])));
+    pack t22; EACH t22[h] = FMA(p[6], EOM_AT(v, 2)[h], FMA(p[11], (s2[h] * c[5]), FMA(EOM_AT(w, 2)[h], (t12[h] * c[0]), FMA(t11[h], (t3[h] * c[0]), -FMA(t19[h], t10[h], t0[h] * t17[h])))));
+    EOM_FETCH(out, 0);
+    EACH EOM_AT(out, 0)[h] = t16[h] + t21[h];
+    EOM_FETCH(out, 1);
+    EACH EOM_AT(out, 1)[h] = t21[h];
+    EOM_FETCH(out, 2);
+    EACH EOM_AT(out, 2)[h] = t22[h] + FMA(EOM_AT(a, 1)[h], t20[h], EOM_AT(a, 2)[h] * c[6]);
 }
 
 /* ---- mass_matrix ----
@@ -212,24 +244,38 @@ EOM_LINKAGE void EOM_NAME(mass_matrix_constants)(const scalar *p, scalar *restri
 
 #endif
 
-EOM_LINKAGE void EOM_NAME(mass_matrix)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(mass_matrix)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
-    const pack *const q = in[0];
-    const pack *const w = in[1];
-    pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
-    pack s1, c1; EACH SINCOS_CALL(q[1][h], &s1[h], &c1[h]);
-    pack t2; EACH t2[h] = w[0][h] * c[0];
-    pack t3; EACH t3[h] = FMA(c0[h], c1[h], s0[h] * s1[h]) * (q[2][h] * t2[h]);
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    const scalar *const w = in[1]; EOM_PLACE(w, 1);
+    EOM_PLACE(out, 2);
+    EOM_FETCH(q, 0);
+    pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s0[h], &c0[h]);
+    EOM_FETCH(q, 1);
+    pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 1)[h], &s1[h], &c1[h]);
+    EOM_FETCH(w, 0);
+    pack t2; EACH t2[h] = EOM_AT(w, 0)[h] * c[0];
+    EOM_FETCH(q, 2);
+    pack t3; EACH t3[h] = FMA(c0[h], c1[h], s0[h] * s1[h]) * (EOM_AT(q, 2)[h] * t2[h]);
     pack t4; EACH t4[h] = FMA(c1[h], s0[h], -(c0[h] * s1[h])) * t2[h];
-    EACH out[0][h] = FMA(q[2][h], (q[2][h] * c[3]), c[2] * (q[2][h] * q[2][h]));
-    EACH out[1][h] = t3[h];
-    EACH out[2][h] = R(K(0.0));
-    EACH out[3][h] = t3[h];
-    EACH out[4][h] = w[0][h] * (w[0][h] * c[1]);
-    EACH out[5][h] = t4[h];
-    EACH out[6][h] = R(K(0.0));
-    EACH out[7][h] = t4[h];
-    EACH out[8][h] = R(c[4]);
+    EOM_FETCH(out, 0);
+    EACH EOM_AT(out, 0)[h] = FMA(EOM_AT(q, 2)[h], (EOM_AT(q, 2)[h] * c[3]), c[2] * (EOM_AT(q, 2)[h] * EOM_AT(q, 2)[h]));
+    EOM_FETCH(out, 1);
+    EACH EOM_AT(out, 1)[h] = t3[h];
+    EOM_FETCH(out, 2);
+    EACH EOM_AT(out, 2)[h] = R(K(0.0));
+    EOM_FETCH(out, 3);
+    EACH EOM_AT(out, 3)[h] = t3[h];
+    EOM_FETCH(out, 4);
+    EACH EOM_AT(out, 4)[h] = EOM_AT(w, 0)[h] * (EOM_AT(w, 0)[h] * c[1]);
+    EOM_FETCH(out, 5);
+    EACH EOM_AT(out, 5)[h] = t4[h];
+    EOM_FETCH(out, 6);
+    EACH EOM_AT(out, 6)[h] = R(K(0.0));
+    EOM_FETCH(out, 7);
+    EACH EOM_AT(out, 7)[h] = t4[h];
+    EOM_FETCH(out, 8);
+    EACH EOM_AT(out, 8)[h] = R(c[4]);
 }
 
 /* ---- bias ----
@@ -259,30 +305,43 @@ EOM_LINKAGE void EOM_NAME(bias_constants)(const scalar *p, scalar *restrict c)
 
 #endif
 
-EOM_LINKAGE void EOM_NAME(bias)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(bias)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
-    const pack *const q = in[0];
-    const pack *const v = in[1];
-    const pack *const w = in[2];
-    pack t0; EACH t0[h] = v[1][h] * v[1][h];
-    pack s1, c1; EACH SINCOS_CALL(q[1][h], &s1[h], &c1[h]);
-    pack s2, c2; EACH SINCOS_CALL(q[0][h], &s2[h], &c2[h]);
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    const scalar *const v = in[1]; EOM_PLACE(v, 1);
+    const scalar *const w = in[2]; EOM_PLACE(w, 2);
+    EOM_PLACE(out, 3);
+    EOM_FETCH(v, 1);
+    pack t0; EACH t0[h] = EOM_AT(v, 1)[h] * EOM_AT(v, 1)[h];
+    EOM_FETCH(q, 1);
+    pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 1)[h], &s1[h], &c1[h]);
+    EOM_FETCH(q, 0);
+    pack s2, c2; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s2[h], &c2[h]);
     pack t3; EACH t3[h] = FMA(c1[h], s2[h], -(c2[h] * s1[h]));
-    pack t4; EACH t4[h] = w[0][h] * c[0];
-    pack t5; EACH t5[h] = t3[h] * (q[2][h] * t4[h]);
-    pack t6; EACH t6[h] = K(2.0) * (v[0][h] * v[2][h]);
-    pack t7; EACH t7[h] = q[2][h] * c[2];
-    pack t8; EACH t8[h] = FMA(q[2][h], c[4], t7[h]);
-    pack t9; EACH t9[h] = K(2.0) * (v[1][h] * w[1][h]);
+    EOM_FETCH(w, 0);
+    pack t4; EACH t4[h] = EOM_AT(w, 0)[h] * c[0];
+    EOM_FETCH(q, 2);
+    pack t5; EACH t5[h] = t3[h] * (EOM_AT(q, 2)[h] * t4[h]);
+    EOM_FETCH(v, 0);
+    EOM_FETCH(v, 2);
+    pack t6; EACH t6[h] = K(2.0) * (EOM_AT(v, 0)[h] * EOM_AT(v, 2)[h]);
+    pack t7; EACH t7[h] = EOM_AT(q, 2)[h] * c[2];
+    pack t8; EACH t8[h] = FMA(EOM_AT(q, 2)[h], c[4], t7[h]);
+    EOM_FETCH(w, 1);
+    pack t9; EACH t9[h] = K(2.0) * (EOM_AT(v, 1)[h] * EOM_AT(w, 1)[h]);
     pack t10; EACH t10[h] = FMA(c2[h], c1[h], s2[h] * s1[h]);
-    pack t11; EACH t11[h] = q[2][h] * c[0];
-    pack t12; EACH t12[h] = FMA(p[11], (c2[h] * FMA(q[2][h], c[3], t7[h])), FMA(-w[2][h], (t3[h] * t11[h]), FMA(t0[h], t5[h], FMA(t6[h], t8[h], t9[h] * (t10[h] * t11[h])))));
+    pack t11; EACH t11[h] = EOM_AT(q, 2)[h] * c[0];
+    EOM_FETCH(w, 2);
+    pack t12; EACH t12[h] = FMA(p[11], (c2[h] * FMA(EOM_AT(q, 2)[h], c[3], t7[h])), FMA(-EOM_AT(w, 2)[h], (t3[h] * t11[h]), FMA(t0[h], t5[h], FMA(t6[h], t8[h], t9[h] * (t10[h] * t11[h])))));
     pack t13; EACH t13[h] = t10[h] * t4[h];
-    pack t14; EACH t14[h] = v[0][h] * v[0][h];
-    pack t15; EACH t15[h] = FMA(p[6], v[2][h], FMA(p[11], (s2[h] * c[5]), FMA(w[2][h], (t10[h] * c[0]), FMA(t9[h], (t3[h] * c[0]), -FMA(t14[h], t8[h], t0[h] * t13[h])))));
-    EACH out[0][h] = t12[h];
-    EACH out[1][h] = FMA(p[11], (c1[h] * t4[h]), FMA(-t14[h], t5[h], FMA(t6[h], t13[h], t9[h] * (w[0][h] * c[1]))));
-    EACH out[2][h] = t15[h];
+    pack t14; EACH t14[h] = EOM_AT(v, 0)[h] * EOM_AT(v, 0)[h];
+    pack t15; EACH t15[h] = FMA(p[6], EOM_AT(v, 2)[h], FMA(p[11], (s2[h] * c[5]), FMA(EOM_AT(w, 2)[h], (t10[h] * c[0]), FMA(t9[h], (t3[h] * c[0]), -FMA(t14[h], t8[h], t0[h] * t13[h])))));
+    EOM_FETCH(out, 0);
+    EACH EOM_AT(out, 0)[h] = t12[h];
+    EOM_FETCH(out, 1);
+    EACH EOM_AT(out, 1)[h] = FMA(p[11], (c1[h] * t4[h]), FMA(-t14[h], t5[h], FMA(t6[h], t13[h], t9[h] * (EOM_AT(w, 0)[h] * c[1]))));
+    EOM_FETCH(out, 2);
+    EACH EOM_AT(out, 2)[h] = t15[h];
 }
 
 /* ---- energy ----
@@ -312,23 +371,34 @@ EOM_LINKAGE void EOM_NAME(energy_constants)(const scalar *p, scalar *restrict c)
 
 #endif
 
-EOM_LINKAGE void EOM_NAME(energy)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(energy)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
-    const pack *const q = in[0];
-    const pack *const v = in[1];
-    const pack *const w = in[2];
-    pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
-    pack s1, c1; EACH SINCOS_CALL(q[1][h], &s1[h], &c1[h]);
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    const scalar *const v = in[1]; EOM_PLACE(v, 1);
+    const scalar *const w = in[2]; EOM_PLACE(w, 2);
+    EOM_PLACE(out, 3);
+    EOM_FETCH(q, 0);
+    pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s0[h], &c0[h]);
+    EOM_FETCH(q, 1);
+    pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 1)[h], &s1[h], &c1[h]);
     pack t2; EACH t2[h] = FMA(c0[h], c1[h], s0[h] * s1[h]);
-    pack t3; EACH t3[h] = w[0][h] * c[0];
-    pack t4; EACH t4[h] = t2[h] * (q[2][h] * t3[h]);
+    EOM_FETCH(w, 0);
+    pack t3; EACH t3[h] = EOM_AT(w, 0)[h] * c[0];
+    EOM_FETCH(q, 2);
+    pack t4; EACH t4[h] = t2[h] * (EOM_AT(q, 2)[h] * t3[h]);
     pack t5; EACH t5[h] = FMA(c1[h], s0[h], -(c0[h] * s1[h]));
-    pack t6; EACH t6[h] = FMA(-K(2.0), (w[1][h] * (t5[h] * (q[2][h] * c[0]))), FMA(v[0][h], FMA(q[2][h], (q[2][h] * c[4]), c[2] * (q[2][h] * q[2][h])), v[1][h] * t4[h]));
+    EOM_FETCH(w, 1);
+    EOM_FETCH(v, 0);
+    EOM_FETCH(v, 1);
+    pack t6; EACH t6[h] = FMA(-K(2.0), (EOM_AT(w, 1)[h] * (t5[h] * (EOM_AT(q, 2)[h] * c[0]))), FMA(EOM_AT(v, 0)[h], FMA(EOM_AT(q, 2)[h], (EOM_AT(q, 2)[h] * c[4]), c[2] * (EOM_AT(q, 2)[h] * EOM_AT(q, 2)[h])), EOM_AT(v, 1)[h] * t4[h]));
     pack t7; EACH t7[h] = t2[h] * c[0];
-    pack t8; EACH t8[h] = v[1][h] * FMA(K(2.0), (v[2][h] * (t5[h] * t3[h])), FMA(v[0][h], t4[h], v[1][h] * (w[0][h] * (w[0][h] * c[1]))));
-    pack t9; EACH t9[h] = FMA(w[1][h], FMA(v[2][h], t7[h], w[1][h] * c[1]), FMA(v[0][h], t6[h], v[2][h] * FMA(v[2][h], c[5], w[1][h] * t7[h])) + t8[h]);
-    EACH out[0][h] = K(0.5) * t9[h];
-    EACH out[1][h] = p[11] * FMA(s0[h], FMA(q[2][h], c[3], q[2][h] * c[2]), s1[h] * t3[h]);
+    EOM_FETCH(v, 2);
+    pack t8; EACH t8[h] = EOM_AT(v, 1)[h] * FMA(K(2.0), (EOM_AT(v, 2)[h] * (t5[h] * t3[h])), FMA(EOM_AT(v, 0)[h], t4[h], EOM_AT(v, 1)[h] * (EOM_AT(w, 0)[h] * (EOM_AT(w, 0)[h] * c[1]))));
+    pack t9; EACH t9[h] = FMA(EOM_AT(w, 1)[h], FMA(EOM_AT(v, 2)[h], t7[h], EOM_AT(w, 1)[h] * c[1]), FMA(EOM_AT(v, 0)[h], t6[h], EOM_AT(v, 2)[h] * FMA(EOM_AT(v, 2)[h], c[5], EOM_AT(w, 1)[h] * t7[h])) + t8[h]);
+    EOM_FETCH(out, 0);
+    EACH EOM_AT(out, 0)[h] = K(0.5) * t9[h];
+    EOM_FETCH(out, 1);
+    EACH EOM_AT(out, 1)[h] = p[11] * FMA(s0[h], FMA(EOM_AT(q, 2)[h], c[3], EOM_AT(q, 2)[h] * c[2]), s1[h] * t3[h]);
 }
 
 /* ---- prescribed_forces ----
@@ -349,19 +419,31 @@ EOM_LINKAGE void EOM_NAME(prescribed_forces_constants)(const scalar *p, scalar *
 
 #endif
 
-EOM_LINKAGE void EOM_NAME(prescribed_forces)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(prescribed_forces)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
-    const pack *const q = in[0];
-    const pack *const v = in[1];
-    const pack *const a = in[2];
-    const pack *const w = in[3];
-    pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
-    pack s1, c1; EACH SINCOS_CALL(q[1][h], &s1[h], &c1[h]);
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    const scalar *const v = in[1]; EOM_PLACE(v, 1);
+    const scalar *const a = in[2]; EOM_PLACE(a, 2);
+    const scalar *const w = in[3]; EOM_PLACE(w, 3);
+    EOM_PLACE(out, 4);
+    EOM_FETCH(q, 0);
+    pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s0[h], &c0[h]);
+    EOM_FETCH(q, 1);
+    pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 1)[h], &s1[h], &c1[h]);
     pack t2; EACH t2[h] = FMA(c0[h], c1[h], s0[h] * s1[h]);
     pack t3; EACH t3[h] = FMA(c1[h], s0[h], -(c0[h] * s1[h]));
-    pack t4; EACH t4[h] = q[2][h] * c[0];
-    pack t5; EACH t5[h] = FMA(a[2][h], (t2[h] * c[0]), -(a[0][h] * (t3[h] * t4[h]))) + FMA(w[2][h], c[1], -FMA(K(2.0) * (v[0][h] * v[2][h]), (t3[h] * c[0]), FMA(v[0][h] * v[0][h], (t2[h] * t4[h]), v[1][h] * v[1][h] * (w[0][h] * c[1]))));
-    EACH out[0][h] = FMA(p[11], (s1[h] * c[0]), t5[h]);
+    EOM_FETCH(q, 2);
+    pack t4; EACH t4[h] = EOM_AT(q, 2)[h] * c[0];
+    EOM_FETCH(a, 2);
+    EOM_FETCH(a, 0);
+    EOM_FETCH(w, 2);
+    EOM_FETCH(v, 0);
+    EOM_FETCH(v, 2);
+    EOM_FETCH(v, 1);
+    EOM_FETCH(w, 0);
+    pack t5; EACH t5[h] = FMA(EOM_AT(a, 2)[h], (t2[h] * c[0]), -(EOM_AT(a, 0)[h] * (t3[h] * t4[h]))) + FMA(EOM_AT(w, 2)[h], c[1], -FMA(K(2.0) * (EOM_AT(v, 0)[h] * EOM_AT(v, 2)[h]), (t3[h] * c[0]), FMA(EOM_AT(v, 0)[h] * EOM_AT(v, 0)[h], (t2[h] * t4[h]), EOM_AT(v, 1)[h] * EOM_AT(v, 1)[h] * (EOM_AT(w, 0)[h] * c[1]))));
+    EOM_FETCH(out, 0);
+    EACH EOM_AT(out, 0)[h] = FMA(p[11], (s1[h] * c[0]), t5[h]);
 }
 
 /* ---- joints ----
@@ -370,16 +452,25 @@ EOM_LINKAGE void EOM_NAME(prescribed_forces)(const pack *const *in, const scalar
  */
 #undef STREAMS
 #define STREAMS 1
-EOM_LINKAGE void EOM_NAME(joints)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(joints)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
-    const pack *const q = in[0];
-    const pack *const w = in[1];
-    pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
-    pack t1; EACH t1[h] = q[2][h] * c0[h];
-    pack t2; EACH t2[h] = q[2][h] * s0[h];
-    pack s3, c3; EACH SINCOS_CALL(q[1][h], &s3[h], &c3[h]);
-    EACH out[0][h] = t1[h];
-    EACH out[1][h] = t2[h];
-    EACH out[2][h] = FMA(w[0][h], c3[h], t1[h]);
-    EACH out[3][h] = FMA(w[0][h], s3[h], t2[h]);
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    const scalar *const w = in[1]; EOM_PLACE(w, 1);
+    EOM_PLACE(out, 2);
+    EOM_FETCH(q, 0);
+    pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s0[h], &c0[h]);
+    EOM_FETCH(q, 2);
+    pack t1; EACH t1[h] = EOM_AT(q, 2)[h] * c0[h];
+    pack t2; EACH t2[h] = EOM_AT(q, 2)[h] * s0[h];
+    EOM_FETCH(q, 1);
+    pack s3, c3; EACH SINCOS_CALL(EOM_AT(q, 1)[h], &s3[h], &c3[h]);
+    EOM_FETCH(out, 0);
+    EACH EOM_AT(out, 0)[h] = t1[h];
+    EOM_FETCH(out, 1);
+    EACH EOM_AT(out, 1)[h] = t2[h];
+    EOM_FETCH(out, 2);
+    EOM_FETCH(w, 0);
+    EACH EOM_AT(out, 2)[h] = FMA(EOM_AT(w, 0)[h], c3[h], t1[h]);
+    EOM_FETCH(out, 3);
+    EACH EOM_AT(out, 3)[h] = FMA(EOM_AT(w, 0)[h], s3[h], t2[h]);
 }

@@ -108,10 +108,10 @@ const double chain4_p[25] = {
 
 void chain4_forward_dynamics(const double *q, const double *v, const double *u, const double *p, double *out)
 {
-    const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v, (const pack_f641 *)u};
+    const double *in[] = {q, v, u};
     double c[15], work[34];
     forward_dynamics_constants_f64(p, (void *)c);
-    forward_dynamics_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
+    forward_dynamics_f64(in, 0, p, (void *)c, out, (void *)work);
 }
 
 void chain4_forward_dynamics_batch(size_t states, const double *q, const double *v, const double *u, const double *p, double *out)
@@ -123,10 +123,10 @@ void chain4_forward_dynamics_batch(size_t states, const double *q, const double 
 
 void chain4_mass_matrix(const double *q, const double *p, double *out)
 {
-    const pack_f641 *in[] = {(const pack_f641 *)q};
+    const double *in[] = {q};
     double c[18], work[40];
     mass_matrix_constants_f64(p, (void *)c);
-    mass_matrix_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
+    mass_matrix_f64(in, 0, p, (void *)c, out, (void *)work);
 }
 
 void chain4_mass_matrix_batch(size_t states, const double *q, const double *p, double *out)
@@ -138,10 +138,10 @@ void chain4_mass_matrix_batch(size_t states, const double *q, const double *p, d
 
 void chain4_energy(const double *q, const double *v, const double *p, double *out)
 {
-    const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v};
+    const double *in[] = {q, v};
     double c[11], work[20];
     energy_constants_f64(p, (void *)c);
-    energy_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
+    energy_f64(in, 0, p, (void *)c, out, (void *)work);
 }
 
 void chain4_energy_batch(size_t states, const double *q, const double *v, const double *p, double *out)

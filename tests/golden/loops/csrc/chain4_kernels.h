@@ -1,9 +1,9 @@
 /* chain4: equations of motion by the articulated method (eomgen VERSION)
  *
  * The equations, as one text for every type: chain4.c includes it once for each. `real` is a scalar or a vector of
- * lanes (a lane is a state), `scalar` its element. Every argument and result is a `pack` of STREAMS reals.
- * So is every value between, and EACH statement computes its reals side by side; FMA, SINCOS, ... are those of
- * eomgen_real.h.
+ * lanes (a lane is a state), `scalar` its element. EOM_AT(q, i) is STREAMS reals: element i of an argument or result.
+ * Every value between is a `pack` of as many, and EACH statement computes its reals side by side; FMA, SINCOS, ... are
+ * those of eomgen_real.h.
  *
  * q[0]  link1.angle (rad)
  * q[1]  link2.angle (rad)
@@ -170,11 +170,11 @@ EOM_LINKAGE void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *r
 
 #endif
 
-static __attribute__((noinline)) void EOM_NAME(forward_dynamics_1)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+static __attribute__((noinline)) void EOM_NAME(forward_dynamics_1)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link4, tips to root */
-    const pack *const q = in[0];
-    const pack *const u = in[2];
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    const scalar *const u = in[2]; EOM_PLACE(u, 2);
     pack *const force_u_up = work + 0;
     pack *const force_n_up = work + 4;
     pack *const torque_up = work + 8;
@@ -182,27 +182,32 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_1)(const pack *c
     pack *const kept8 = work + 31;
     pack *const kept9 = work + 32;
     pack *const kept10 = work + 33;
-    pack t0; EACH t0[h] = u[7][h] * c[0];
-    pack s1, c1; EACH SINCOS(q[3][h] - q[2][h], &s1[h], &c1[h]);
-    pack t2; EACH t2[h] = q[7][h] * q[7][h];
+    EOM_FETCH(u, 7);
+    pack t0; EACH t0[h] = EOM_AT(u, 7)[h] * c[0];
+    EOM_FETCH(q, 3);
+    EOM_FETCH(q, 2);
+    pack s1, c1; EACH SINCOS(EOM_AT(q, 3)[h] - EOM_AT(q, 2)[h], &s1[h], &c1[h]);
+    EOM_FETCH(q, 7);
+    pack t2; EACH t2[h] = EOM_AT(q, 7)[h] * EOM_AT(q, 7)[h];
     pack t3; EACH t3[h] = PIVOT_INVERSE(t2[h], t2[h]);
-    pack t4; EACH t4[h] = q[7][h] * t3[h];
-    pack t5; EACH t5[h] = u[3][h] * t4[h];
+    pack t4; EACH t4[h] = EOM_AT(q, 7)[h] * t3[h];
+    EOM_FETCH(u, 3);
+    pack t5; EACH t5[h] = EOM_AT(u, 3)[h] * t4[h];
     pack t6; EACH t6[h] = c[0] * t5[h];
     EACH force_u_up[2][h] = FMA(t0[h], c1[h], -(t6[h] * s1[h]));
     EACH force_n_up[2][h] = FMA(t0[h], s1[h], t6[h] * c1[h]);
-    EACH torque_up[2][h] = u[3][h];
+    EACH torque_up[2][h] = EOM_AT(u, 3)[h];
     EACH kept7[0][h] = t4[h];
     EACH kept8[0][h] = t5[h];
     EACH kept9[0][h] = c1[h];
     EACH kept10[0][h] = s1[h];
 }
 
-static __attribute__((noinline)) void EOM_NAME(forward_dynamics_2)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+static __attribute__((noinline)) void EOM_NAME(forward_dynamics_2)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link2 to link3, tips to root */
-    const pack *const q = in[0];
-    const pack *const u = in[2];
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    const scalar *const u = in[2]; EOM_PLACE(u, 2);
     pack *const force_u_up = work + 0;
     pack *const force_n_up = work + 4;
     pack *const torque_up = work + 8;
@@ -212,17 +217,22 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_2)(const pack *c
     pack *const kept5 = work + 26;
     pack *const kept6 = work + 28;
     for (int k = 0; k < 2; k++) {
-        pack s0, c0; EACH SINCOS(q[2 - k][h] - q[1 - k][h], &s0[h], &c0[h]);
-        pack t1; EACH t1[h] = u[6 - k][h] - force_u_up[2 - k][h];
+        EOM_FETCH(q, 2 - k);
+        EOM_FETCH(q, 1 - k);
+        pack s0, c0; EACH SINCOS(EOM_AT(q, 2 - k)[h] - EOM_AT(q, 1 - k)[h], &s0[h], &c0[h]);
+        EOM_FETCH(u, 6 - k);
+        pack t1; EACH t1[h] = EOM_AT(u, 6 - k)[h] - force_u_up[2 - k][h];
         pack t2; EACH t2[h] = FMA(c[1 + k], t1[h], force_u_up[2 - k][h]);
-        pack t3; EACH t3[h] = q[6 - k][h] * q[6 - k][h];
+        EOM_FETCH(q, 6 - k);
+        pack t3; EACH t3[h] = EOM_AT(q, 6 - k)[h] * EOM_AT(q, 6 - k)[h];
         pack t4; EACH t4[h] = PIVOT_INVERSE(t3[h], t3[h]);
-        pack t5; EACH t5[h] = q[6 - k][h] * t4[h];
-        pack t6; EACH t6[h] = FMA(t5[h], (u[2 - k][h] - torque_up[2 - k][h]), -force_n_up[2 - k][h]);
+        pack t5; EACH t5[h] = EOM_AT(q, 6 - k)[h] * t4[h];
+        EOM_FETCH(u, 2 - k);
+        pack t6; EACH t6[h] = FMA(t5[h], (EOM_AT(u, 2 - k)[h] - torque_up[2 - k][h]), -force_n_up[2 - k][h]);
         pack t7; EACH t7[h] = FMA(c[1 + k], t6[h], force_n_up[2 - k][h]);
         EACH force_u_up[1 - k][h] = FMA(c0[h], t2[h], -(s0[h] * t7[h]));
         EACH force_n_up[1 - k][h] = FMA(s0[h], t2[h], c0[h] * t7[h]);
-        EACH torque_up[1 - k][h] = u[2 - k][h];
+        EACH torque_up[1 - k][h] = EOM_AT(u, 2 - k)[h];
         EACH kept2[1 - k][h] = t5[h];
         EACH kept3[1 - k][h] = t1[h];
         EACH kept4[1 - k][h] = t6[h];
@@ -231,36 +241,46 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_2)(const pack *c
     }
 }
 
-static __attribute__((noinline)) void EOM_NAME(forward_dynamics_3)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+static __attribute__((noinline)) void EOM_NAME(forward_dynamics_3)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link1, root to tips */
-    const pack *const q = in[0];
-    const pack *const v = in[1];
-    const pack *const u = in[2];
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    const scalar *const v = in[1]; EOM_PLACE(v, 1);
+    const scalar *const u = in[2]; EOM_PLACE(u, 2);
+    EOM_PLACE(out, 3);
     pack *const force_u_up = work + 0;
     pack *const force_n_up = work + 4;
     pack *const torque_up = work + 8;
     pack *const acceleration_u_down1 = work + 12;
     pack *const acceleration_n_down1 = work + 16;
-    pack s0, c0; EACH SINCOS(q[0][h], &s0[h], &c0[h]);
+    EOM_FETCH(q, 0);
+    pack s0, c0; EACH SINCOS(EOM_AT(q, 0)[h], &s0[h], &c0[h]);
     pack t1; EACH t1[h] = p[24] * s0[h];
-    pack t2; EACH t2[h] = FMA(c[3], (u[4][h] - force_u_up[0][h]), -(c[4] * t1[h]));
+    EOM_FETCH(u, 4);
+    pack t2; EACH t2[h] = FMA(c[3], (EOM_AT(u, 4)[h] - force_u_up[0][h]), -(c[4] * t1[h]));
     pack t3; EACH t3[h] = p[24] * c0[h];
-    pack t4; EACH t4[h] = q[4][h] * q[4][h];
+    EOM_FETCH(q, 4);
+    pack t4; EACH t4[h] = EOM_AT(q, 4)[h] * EOM_AT(q, 4)[h];
     pack t5; EACH t5[h] = PIVOT_INVERSE(t4[h], t4[h]);
-    pack t6; EACH t6[h] = q[4][h] * t5[h];
-    pack t7; EACH t7[h] = FMA(c[3], FMA(t6[h], (u[0][h] - torque_up[0][h]), -force_n_up[0][h]), -(c[4] * t3[h]));
+    pack t6; EACH t6[h] = EOM_AT(q, 4)[h] * t5[h];
+    EOM_FETCH(u, 0);
+    pack t7; EACH t7[h] = FMA(c[3], FMA(t6[h], (EOM_AT(u, 0)[h] - torque_up[0][h]), -force_n_up[0][h]), -(c[4] * t3[h]));
     EACH acceleration_u_down1[0][h] = t1[h] + t2[h];
     EACH acceleration_n_down1[0][h] = t3[h] + t7[h];
-    EACH out[0][h] = t6[h] * FMA(-K(2.0), (v[0][h] * v[4][h]), t7[h]);
-    EACH out[4][h] = FMA(q[4][h] * t6[h], (q[4][h] * (v[0][h] * v[0][h])), t2[h]);
+    EOM_FETCH(out, 0);
+    EOM_FETCH(v, 0);
+    EOM_FETCH(v, 4);
+    EACH EOM_AT(out, 0)[h] = t6[h] * FMA(-K(2.0), (EOM_AT(v, 0)[h] * EOM_AT(v, 4)[h]), t7[h]);
+    EOM_FETCH(out, 4);
+    EACH EOM_AT(out, 4)[h] = FMA(EOM_AT(q, 4)[h] * t6[h], (EOM_AT(q, 4)[h] * (EOM_AT(v, 0)[h] * EOM_AT(v, 0)[h])), t2[h]);
 }
 
-static __attribute__((noinline)) void EOM_NAME(forward_dynamics_4)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+static __attribute__((noinline)) void EOM_NAME(forward_dynamics_4)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link2 to link3, root to tips */
-    const pack *const q = in[0];
-    const pack *const v = in[1];
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    const scalar *const v = in[1]; EOM_PLACE(v, 1);
+    EOM_PLACE(out, 3);
     pack *const acceleration_u_down1 = work + 12;
     pack *const acceleration_n_down1 = work + 16;
     const scalar *const kept0 = c + 11;
@@ -277,35 +297,47 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_4)(const pack *c
         pack t3; EACH t3[h] = FMA(kept0[k], kept4[k][h], -(kept1[k] * t2[h]));
         EACH acceleration_u_down1[1 + k][h] = t0[h] + t1[h];
         EACH acceleration_n_down1[1 + k][h] = t2[h] + t3[h];
-        EACH out[1 + k][h] = kept2[k][h] * FMA(-K(2.0), (v[1 + k][h] * v[5 + k][h]), t3[h]);
-        EACH out[5 + k][h] = FMA(q[5 + k][h] * kept2[k][h], (q[5 + k][h] * (v[1 + k][h] * v[1 + k][h])), t1[h]);
+        EOM_FETCH(out, 1 + k);
+        EOM_FETCH(v, 1 + k);
+        EOM_FETCH(v, 5 + k);
+        EACH EOM_AT(out, 1 + k)[h] = kept2[k][h] * FMA(-K(2.0), (EOM_AT(v, 1 + k)[h] * EOM_AT(v, 5 + k)[h]), t3[h]);
+        EOM_FETCH(out, 5 + k);
+        EOM_FETCH(q, 5 + k);
+        EACH EOM_AT(out, 5 + k)[h] = FMA(EOM_AT(q, 5 + k)[h] * kept2[k][h], (EOM_AT(q, 5 + k)[h] * (EOM_AT(v, 1 + k)[h] * EOM_AT(v, 1 + k)[h])), t1[h]);
     }
 }
 
-static __attribute__((noinline)) void EOM_NAME(forward_dynamics_5)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+static __attribute__((noinline)) void EOM_NAME(forward_dynamics_5)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link4, root to tips */
-    const pack *const q = in[0];
-    const pack *const v = in[1];
-    const pack *const u = in[2];
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    const scalar *const v = in[1]; EOM_PLACE(v, 1);
+    const scalar *const u = in[2]; EOM_PLACE(u, 2);
+    EOM_PLACE(out, 3);
     pack *const acceleration_u_down1 = work + 12;
     pack *const acceleration_n_down1 = work + 16;
     pack *const kept7 = work + 30;
     pack *const kept8 = work + 31;
     pack *const kept9 = work + 32;
     pack *const kept10 = work + 33;
-    pack t0; EACH t0[h] = kept7[0][h] * FMA(-K(2.0), (v[3][h] * v[7][h]), FMA(c[5], kept8[0][h], -(c[6] * FMA(kept9[0][h], acceleration_n_down1[2][h], -(kept10[0][h] * acceleration_u_down1[2][h])))));
-    EACH out[3][h] = t0[h];
-    EACH out[7][h] = FMA(q[7][h] * kept7[0][h], (q[7][h] * (v[3][h] * v[3][h])), FMA(u[7][h], c[5], -(c[6] * FMA(kept9[0][h], acceleration_u_down1[2][h], kept10[0][h] * acceleration_n_down1[2][h]))));
+    EOM_FETCH(v, 3);
+    EOM_FETCH(v, 7);
+    pack t0; EACH t0[h] = kept7[0][h] * FMA(-K(2.0), (EOM_AT(v, 3)[h] * EOM_AT(v, 7)[h]), FMA(c[5], kept8[0][h], -(c[6] * FMA(kept9[0][h], acceleration_n_down1[2][h], -(kept10[0][h] * acceleration_u_down1[2][h])))));
+    EOM_FETCH(out, 3);
+    EACH EOM_AT(out, 3)[h] = t0[h];
+    EOM_FETCH(out, 7);
+    EOM_FETCH(q, 7);
+    EOM_FETCH(u, 7);
+    EACH EOM_AT(out, 7)[h] = FMA(EOM_AT(q, 7)[h] * kept7[0][h], (EOM_AT(q, 7)[h] * (EOM_AT(v, 3)[h] * EOM_AT(v, 3)[h])), FMA(EOM_AT(u, 7)[h], c[5], -(c[6] * FMA(kept9[0][h], acceleration_u_down1[2][h], kept10[0][h] * acceleration_n_down1[2][h]))));
 }
 
-EOM_LINKAGE void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(forward_dynamics)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
-    EOM_NAME(forward_dynamics_1)(in, p, c, out, work);
-    EOM_NAME(forward_dynamics_2)(in, p, c, out, work);
-    EOM_NAME(forward_dynamics_3)(in, p, c, out, work);
-    EOM_NAME(forward_dynamics_4)(in, p, c, out, work);
-    EOM_NAME(forward_dynamics_5)(in, p, c, out, work);
+    EOM_NAME(forward_dynamics_1)(in, places, p, c, out, work);
+    EOM_NAME(forward_dynamics_2)(in, places, p, c, out, work);
+    EOM_NAME(forward_dynamics_3)(in, places, p, c, out, work);
+    EOM_NAME(forward_dynamics_4)(in, places, p, c, out, work);
+    EOM_NAME(forward_dynamics_5)(in, places, p, c, out, work);
 }
 
 /* ---- mass_matrix ----
@@ -370,55 +402,67 @@ EOM_LINKAGE void EOM_NAME(mass_matrix_constants)(const scalar *p, scalar *restri
 
 #endif
 
-static __attribute__((noinline)) void EOM_NAME(mass_matrix_1)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+static __attribute__((noinline)) void EOM_NAME(mass_matrix_1)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* sums start at zero */
+    EOM_PLACE(out, 1);
     for (int k = 0; k < 64; k++) {
-        EACH out[k][h] = R(K(0.0));
+        EOM_FETCH(out, k);
+        EACH EOM_AT(out, k)[h] = R(K(0.0));
     }
 }
 
-static __attribute__((noinline)) void EOM_NAME(mass_matrix_2)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+static __attribute__((noinline)) void EOM_NAME(mass_matrix_2)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link4, tips to root */
-    const pack *const q = in[0];
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    EOM_PLACE(out, 1);
     pack *const end_x = work + 0;
     pack *const end_y = work + 10;
     pack *const force_x = work + 20;
     pack *const force_y = work + 30;
-    pack s0, c0; EACH SINCOS_CALL(q[3][h], &s0[h], &c0[h]);
-    pack t1; EACH t1[h] = q[7][h] * c[0];
-    EACH out[27][h] = q[7][h] * (q[7][h] * c[1]);
-    EACH end_x[3][h] = -(q[7][h] * s0[h]);
-    EACH end_y[3][h] = q[7][h] * c0[h];
+    EOM_FETCH(q, 3);
+    pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 3)[h], &s0[h], &c0[h]);
+    EOM_FETCH(q, 7);
+    pack t1; EACH t1[h] = EOM_AT(q, 7)[h] * c[0];
+    EOM_FETCH(out, 27);
+    EACH EOM_AT(out, 27)[h] = EOM_AT(q, 7)[h] * (EOM_AT(q, 7)[h] * c[1]);
+    EACH end_x[3][h] = -(EOM_AT(q, 7)[h] * s0[h]);
+    EACH end_y[3][h] = EOM_AT(q, 7)[h] * c0[h];
     EACH force_x[3][h] = -(t1[h] * s0[h]);
     EACH force_y[3][h] = t1[h] * c0[h];
-    EACH out[63][h] = R(c[1]);
+    EOM_FETCH(out, 63);
+    EACH EOM_AT(out, 63)[h] = R(c[1]);
     EACH end_x[7][h] = c0[h];
     EACH end_y[7][h] = s0[h];
     EACH force_x[7][h] = c[0] * c0[h];
     EACH force_y[7][h] = c[0] * s0[h];
 }
 
-static __attribute__((noinline)) void EOM_NAME(mass_matrix_3)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+static __attribute__((noinline)) void EOM_NAME(mass_matrix_3)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link2 to link3, tips to root */
-    const pack *const q = in[0];
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    EOM_PLACE(out, 1);
     pack *const end_x = work + 0;
     pack *const end_y = work + 10;
     pack *const force_x = work + 20;
     pack *const force_y = work + 30;
     const scalar *const hung_mass_up = c + 14;
     for (int k = 0; k < 2; k++) {
-        pack t0; EACH t0[h] = q[6 - k][h] * hung_mass_up[2 - k];
-        pack s1, c1; EACH SINCOS_CALL(q[2 - k][h], &s1[h], &c1[h]);
-        pack t2; EACH t2[h] = FMA(q[6 - k][h], c[2 + k], t0[h]);
-        EACH out[18 - 9 * k][h] = FMA(q[6 - k][h], (q[6 - k][h] * c[4 + k]), q[6 - k][h] * t0[h]);
-        EACH end_x[2 - k][h] = -(q[6 - k][h] * s1[h]);
-        EACH end_y[2 - k][h] = q[6 - k][h] * c1[h];
+        EOM_FETCH(q, 6 - k);
+        pack t0; EACH t0[h] = EOM_AT(q, 6 - k)[h] * hung_mass_up[2 - k];
+        EOM_FETCH(q, 2 - k);
+        pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 2 - k)[h], &s1[h], &c1[h]);
+        pack t2; EACH t2[h] = FMA(EOM_AT(q, 6 - k)[h], c[2 + k], t0[h]);
+        EOM_FETCH(out, 18 - 9 * k);
+        EACH EOM_AT(out, 18 - 9 * k)[h] = FMA(EOM_AT(q, 6 - k)[h], (EOM_AT(q, 6 - k)[h] * c[4 + k]), EOM_AT(q, 6 - k)[h] * t0[h]);
+        EACH end_x[2 - k][h] = -(EOM_AT(q, 6 - k)[h] * s1[h]);
+        EACH end_y[2 - k][h] = EOM_AT(q, 6 - k)[h] * c1[h];
         EACH force_x[2 - k][h] = -(s1[h] * t2[h]);
         EACH force_y[2 - k][h] = c1[h] * t2[h];
-        EACH out[54 - 9 * k][h] = R(c[8 + k]);
+        EOM_FETCH(out, 54 - 9 * k);
+        EACH EOM_AT(out, 54 - 9 * k)[h] = R(c[8 + k]);
         EACH end_x[6 - k][h] = c1[h];
         EACH end_y[6 - k][h] = s1[h];
         EACH force_x[6 - k][h] = c1[h] * c[6 + k];
@@ -426,33 +470,39 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_3)(const pack *const 
     }
 }
 
-static __attribute__((noinline)) void EOM_NAME(mass_matrix_4)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+static __attribute__((noinline)) void EOM_NAME(mass_matrix_4)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link1, tips to root */
-    const pack *const q = in[0];
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    EOM_PLACE(out, 1);
     pack *const end_x = work + 0;
     pack *const end_y = work + 10;
     pack *const force_x = work + 20;
     pack *const force_y = work + 30;
     const scalar *const hung_mass_up = c + 14;
-    pack t0; EACH t0[h] = q[4][h] * hung_mass_up[0];
-    pack s1, c1; EACH SINCOS_CALL(q[0][h], &s1[h], &c1[h]);
-    pack t2; EACH t2[h] = FMA(q[4][h], c[10], t0[h]);
-    EACH out[0][h] = FMA(q[4][h], (q[4][h] * c[11]), q[4][h] * t0[h]);
-    EACH end_x[0][h] = -(q[4][h] * s1[h]);
-    EACH end_y[0][h] = q[4][h] * c1[h];
+    EOM_FETCH(q, 4);
+    pack t0; EACH t0[h] = EOM_AT(q, 4)[h] * hung_mass_up[0];
+    EOM_FETCH(q, 0);
+    pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s1[h], &c1[h]);
+    pack t2; EACH t2[h] = FMA(EOM_AT(q, 4)[h], c[10], t0[h]);
+    EOM_FETCH(out, 0);
+    EACH EOM_AT(out, 0)[h] = FMA(EOM_AT(q, 4)[h], (EOM_AT(q, 4)[h] * c[11]), EOM_AT(q, 4)[h] * t0[h]);
+    EACH end_x[0][h] = -(EOM_AT(q, 4)[h] * s1[h]);
+    EACH end_y[0][h] = EOM_AT(q, 4)[h] * c1[h];
     EACH force_x[0][h] = -(s1[h] * t2[h]);
     EACH force_y[0][h] = c1[h] * t2[h];
-    EACH out[36][h] = R(c[13]);
+    EOM_FETCH(out, 36);
+    EACH EOM_AT(out, 36)[h] = R(c[13]);
     EACH end_x[4][h] = c1[h];
     EACH end_y[4][h] = s1[h];
     EACH force_x[4][h] = c1[h] * c[12];
     EACH force_y[4][h] = s1[h] * c[12];
 }
 
-static __attribute__((noinline)) void EOM_NAME(mass_matrix_5)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+static __attribute__((noinline)) void EOM_NAME(mass_matrix_5)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* pairs of links */
+    EOM_PLACE(out, 1);
     pack *const end_x = work + 0;
     pack *const end_y = work + 10;
     pack *const force_x = work + 20;
@@ -462,19 +512,21 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_5)(const pack *const 
     for (int k = 0; k < 8; k++) {
         for (int i = at0[k]; i >= 0; i = at1[i]) {
             pack t0; EACH t0[h] = FMA(end_x[0 + i][h], force_x[k][h], end_y[0 + i][h] * force_y[k][h]);
-            EACH out[k + 8 * i][h] = t0[h];
-            EACH out[8 * k + i][h] = t0[h];
+            EOM_FETCH(out, k + 8 * i);
+            EACH EOM_AT(out, k + 8 * i)[h] = t0[h];
+            EOM_FETCH(out, 8 * k + i);
+            EACH EOM_AT(out, 8 * k + i)[h] = t0[h];
         }
     }
 }
 
-EOM_LINKAGE void EOM_NAME(mass_matrix)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(mass_matrix)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
-    EOM_NAME(mass_matrix_1)(in, p, c, out, work);
-    EOM_NAME(mass_matrix_2)(in, p, c, out, work);
-    EOM_NAME(mass_matrix_3)(in, p, c, out, work);
-    EOM_NAME(mass_matrix_4)(in, p, c, out, work);
-    EOM_NAME(mass_matrix_5)(in, p, c, out, work);
+    EOM_NAME(mass_matrix_1)(in, places, p, c, out, work);
+    EOM_NAME(mass_matrix_2)(in, places, p, c, out, work);
+    EOM_NAME(mass_matrix_3)(in, places, p, c, out, work);
+    EOM_NAME(mass_matrix_4)(in, places, p, c, out, work);
+    EOM_NAME(mass_matrix_5)(in, places, p, c, out, work);
 }
 
 /* ---- energy ----
@@ -528,7 +580,7 @@ EOM_LINKAGE void EOM_NAME(energy_constants)(const scalar *p, scalar *restrict c)
 
 #endif
 
-static __attribute__((noinline)) void EOM_NAME(energy_1)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+static __attribute__((noinline)) void EOM_NAME(energy_1)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* sums start at zero */
     pack *const sum = work + 0;
@@ -537,76 +589,91 @@ static __attribute__((noinline)) void EOM_NAME(energy_1)(const pack *const *in, 
     }
 }
 
-static __attribute__((noinline)) void EOM_NAME(energy_2)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+static __attribute__((noinline)) void EOM_NAME(energy_2)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link1, root to tips */
-    const pack *const q = in[0];
-    const pack *const v = in[1];
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    const scalar *const v = in[1]; EOM_PLACE(v, 1);
     pack *const sum = work + 0;
     pack *const height_down = work + 8;
     pack *const velocity_x_down = work + 12;
     pack *const velocity_y_down = work + 16;
-    pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
-    pack t1; EACH t1[h] = v[0][h] * q[4][h];
-    pack t2; EACH t2[h] = K(0.5) * FMA(v[0][h], (v[0][h] * (q[4][h] * (q[4][h] * c[1]))), v[4][h] * (v[4][h] * c[1]));
-    EACH height_down[0][h] = q[4][h] * s0[h];
-    EACH velocity_x_down[0][h] = FMA(v[4][h], c0[h], -(s0[h] * t1[h]));
-    EACH velocity_y_down[0][h] = FMA(v[4][h], s0[h], c0[h] * t1[h]);
+    EOM_FETCH(q, 0);
+    pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s0[h], &c0[h]);
+    EOM_FETCH(v, 0);
+    EOM_FETCH(q, 4);
+    pack t1; EACH t1[h] = EOM_AT(v, 0)[h] * EOM_AT(q, 4)[h];
+    EOM_FETCH(v, 4);
+    pack t2; EACH t2[h] = K(0.5) * FMA(EOM_AT(v, 0)[h], (EOM_AT(v, 0)[h] * (EOM_AT(q, 4)[h] * (EOM_AT(q, 4)[h] * c[1]))), EOM_AT(v, 4)[h] * (EOM_AT(v, 4)[h] * c[1]));
+    EACH height_down[0][h] = EOM_AT(q, 4)[h] * s0[h];
+    EACH velocity_x_down[0][h] = FMA(EOM_AT(v, 4)[h], c0[h], -(s0[h] * t1[h]));
+    EACH velocity_y_down[0][h] = FMA(EOM_AT(v, 4)[h], s0[h], c0[h] * t1[h]);
     EACH sum[0][h] += t2[h];
-    EACH sum[1][h] += p[24] * (s0[h] * (q[4][h] * c[0]));
+    EACH sum[1][h] += p[24] * (s0[h] * (EOM_AT(q, 4)[h] * c[0]));
 }
 
-static __attribute__((noinline)) void EOM_NAME(energy_3)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+static __attribute__((noinline)) void EOM_NAME(energy_3)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link2 to link3, root to tips */
-    const pack *const q = in[0];
-    const pack *const v = in[1];
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    const scalar *const v = in[1]; EOM_PLACE(v, 1);
     pack *const sum = work + 0;
     pack *const height_down = work + 8;
     pack *const velocity_x_down = work + 12;
     pack *const velocity_y_down = work + 16;
     for (int k = 0; k < 2; k++) {
-        pack s0, c0; EACH SINCOS_CALL(q[1 + k][h], &s0[h], &c0[h]);
-        pack t1; EACH t1[h] = v[1 + k][h] * q[5 + k][h];
-        pack t2; EACH t2[h] = FMA(v[5 + k][h], (v[5 + k][h] * c[4 + k]), FMA(c[6 + k], FMA(velocity_x_down[k][h], velocity_x_down[k][h], velocity_y_down[k][h] * velocity_y_down[k][h]), v[1 + k][h] * (v[1 + k][h] * (q[5 + k][h] * (q[5 + k][h] * c[4 + k])))));
-        pack t3; EACH t3[h] = q[5 + k][h] * c[2 + k];
-        EACH height_down[1 + k][h] = FMA(q[5 + k][h], s0[h], height_down[k][h]);
-        EACH velocity_x_down[1 + k][h] = FMA(-s0[h], t1[h], FMA(v[5 + k][h], c0[h], velocity_x_down[k][h]));
-        EACH velocity_y_down[1 + k][h] = FMA(c0[h], t1[h], FMA(v[5 + k][h], s0[h], velocity_y_down[k][h]));
-        EACH sum[0][h] += FMA(FMA(velocity_x_down[k][h], c0[h], velocity_y_down[k][h] * s0[h]), (v[5 + k][h] * c[2 + k]), FMA(K(0.5), t2[h], FMA(velocity_y_down[k][h], c0[h], -(velocity_x_down[k][h] * s0[h])) * (v[1 + k][h] * t3[h])));
+        EOM_FETCH(q, 1 + k);
+        pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 1 + k)[h], &s0[h], &c0[h]);
+        EOM_FETCH(v, 1 + k);
+        EOM_FETCH(q, 5 + k);
+        pack t1; EACH t1[h] = EOM_AT(v, 1 + k)[h] * EOM_AT(q, 5 + k)[h];
+        EOM_FETCH(v, 5 + k);
+        pack t2; EACH t2[h] = FMA(EOM_AT(v, 5 + k)[h], (EOM_AT(v, 5 + k)[h] * c[4 + k]), FMA(c[6 + k], FMA(velocity_x_down[k][h], velocity_x_down[k][h], velocity_y_down[k][h] * velocity_y_down[k][h]), EOM_AT(v, 1 + k)[h] * (EOM_AT(v, 1 + k)[h] * (EOM_AT(q, 5 + k)[h] * (EOM_AT(q, 5 + k)[h] * c[4 + k])))));
+        pack t3; EACH t3[h] = EOM_AT(q, 5 + k)[h] * c[2 + k];
+        EACH height_down[1 + k][h] = FMA(EOM_AT(q, 5 + k)[h], s0[h], height_down[k][h]);
+        EACH velocity_x_down[1 + k][h] = FMA(-s0[h], t1[h], FMA(EOM_AT(v, 5 + k)[h], c0[h], velocity_x_down[k][h]));
+        EACH velocity_y_down[1 + k][h] = FMA(c0[h], t1[h], FMA(EOM_AT(v, 5 + k)[h], s0[h], velocity_y_down[k][h]));
+        EACH sum[0][h] += FMA(FMA(velocity_x_down[k][h], c0[h], velocity_y_down[k][h] * s0[h]), (EOM_AT(v, 5 + k)[h] * c[2 + k]), FMA(K(0.5), t2[h], FMA(velocity_y_down[k][h], c0[h], -(velocity_x_down[k][h] * s0[h])) * (EOM_AT(v, 1 + k)[h] * t3[h])));
         EACH sum[1][h] += p[24] * FMA(height_down[k][h], c[6 + k], s0[h] * t3[h]);
     }
 }
 
-static __attribute__((noinline)) void EOM_NAME(energy_4)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+static __attribute__((noinline)) void EOM_NAME(energy_4)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link4, root to tips */
-    const pack *const q = in[0];
-    const pack *const v = in[1];
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    const scalar *const v = in[1]; EOM_PLACE(v, 1);
     pack *const sum = work + 0;
     pack *const height_down = work + 8;
     pack *const velocity_x_down = work + 12;
     pack *const velocity_y_down = work + 16;
-    pack t0; EACH t0[h] = FMA(v[7][h], (v[7][h] * c[9]), FMA(c[10], FMA(velocity_x_down[2][h], velocity_x_down[2][h], velocity_y_down[2][h] * velocity_y_down[2][h]), v[3][h] * (v[3][h] * (q[7][h] * (q[7][h] * c[9])))));
-    pack s1, c1; EACH SINCOS_CALL(q[3][h], &s1[h], &c1[h]);
-    pack t2; EACH t2[h] = q[7][h] * c[8];
-    EACH sum[0][h] += FMA(FMA(velocity_x_down[2][h], c1[h], velocity_y_down[2][h] * s1[h]), (v[7][h] * c[8]), FMA(K(0.5), t0[h], FMA(velocity_y_down[2][h], c1[h], -(velocity_x_down[2][h] * s1[h])) * (v[3][h] * t2[h])));
+    EOM_FETCH(v, 7);
+    EOM_FETCH(v, 3);
+    EOM_FETCH(q, 7);
+    pack t0; EACH t0[h] = FMA(EOM_AT(v, 7)[h], (EOM_AT(v, 7)[h] * c[9]), FMA(c[10], FMA(velocity_x_down[2][h], velocity_x_down[2][h], velocity_y_down[2][h] * velocity_y_down[2][h]), EOM_AT(v, 3)[h] * (EOM_AT(v, 3)[h] * (EOM_AT(q, 7)[h] * (EOM_AT(q, 7)[h] * c[9])))));
+    EOM_FETCH(q, 3);
+    pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 3)[h], &s1[h], &c1[h]);
+    pack t2; EACH t2[h] = EOM_AT(q, 7)[h] * c[8];
+    EACH sum[0][h] += FMA(FMA(velocity_x_down[2][h], c1[h], velocity_y_down[2][h] * s1[h]), (EOM_AT(v, 7)[h] * c[8]), FMA(K(0.5), t0[h], FMA(velocity_y_down[2][h], c1[h], -(velocity_x_down[2][h] * s1[h])) * (EOM_AT(v, 3)[h] * t2[h])));
     EACH sum[1][h] += p[24] * FMA(height_down[2][h], c[10], s1[h] * t2[h]);
 }
 
-static __attribute__((noinline)) void EOM_NAME(energy_5)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+static __attribute__((noinline)) void EOM_NAME(energy_5)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* sums */
+    EOM_PLACE(out, 2);
     pack *const sum = work + 0;
-    EACH out[0][h] = sum[0][h];
-    EACH out[1][h] = sum[1][h];
+    EOM_FETCH(out, 0);
+    EACH EOM_AT(out, 0)[h] = sum[0][h];
+    EOM_FETCH(out, 1);
+    EACH EOM_AT(out, 1)[h] = sum[1][h];
 }
 
-EOM_LINKAGE void EOM_NAME(energy)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(energy)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
-    EOM_NAME(energy_1)(in, p, c, out, work);
-    EOM_NAME(energy_2)(in, p, c, out, work);
-    EOM_NAME(energy_3)(in, p, c, out, work);
-    EOM_NAME(energy_4)(in, p, c, out, work);
-    EOM_NAME(energy_5)(in, p, c, out, work);
+    EOM_NAME(energy_1)(in, places, p, c, out, work);
+    EOM_NAME(energy_2)(in, places, p, c, out, work);
+    EOM_NAME(energy_3)(in, places, p, c, out, work);
+    EOM_NAME(energy_4)(in, places, p, c, out, work);
+    EOM_NAME(energy_5)(in, places, p, c, out, work);
 }

@@ -131,10 +131,10 @@ const double pendulum_p[5] = {
 
 void pendulum_forward_dynamics(const double *q, const double *v, const double *u, const double *p, double *out)
 {
-    const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v, (const pack_f641 *)u};
+    const double *in[] = {q, v, u};
     double c[2], work[1];
     forward_dynamics_constants_f64(p, (void *)c);
-    forward_dynamics_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
+    forward_dynamics_f64(in, 0, p, (void *)c, out, (void *)work);
 }
 
 void pendulum_forward_dynamics_batch(size_t states, const double *q, const double *v, const double *u, const double *p, double *out)
@@ -146,10 +146,10 @@ void pendulum_forward_dynamics_batch(size_t states, const double *q, const doubl
 
 void pendulum_inverse_dynamics(const double *q, const double *v, const double *a, const double *p, double *out)
 {
-    const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v, (const pack_f641 *)a};
+    const double *in[] = {q, v, a};
     double c[2], work[1];
     inverse_dynamics_constants_f64(p, (void *)c);
-    inverse_dynamics_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
+    inverse_dynamics_f64(in, 0, p, (void *)c, out, (void *)work);
 }
 
 void pendulum_inverse_dynamics_batch(size_t states, const double *q, const double *v, const double *a, const double *p, double *out)
@@ -161,10 +161,10 @@ void pendulum_inverse_dynamics_batch(size_t states, const double *q, const doubl
 
 void pendulum_mass_matrix(const double *q, const double *p, double *out)
 {
-    const pack_f641 *in[] = {(const pack_f641 *)q};
+    const double *in[] = {q};
     double c[1], work[1];
     mass_matrix_constants_f64(p, (void *)c);
-    mass_matrix_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
+    mass_matrix_f64(in, 0, p, (void *)c, out, (void *)work);
 }
 
 void pendulum_mass_matrix_batch(size_t states, const double *q, const double *p, double *out)
@@ -176,10 +176,10 @@ void pendulum_mass_matrix_batch(size_t states, const double *q, const double *p,
 
 void pendulum_bias(const double *q, const double *v, const double *p, double *out)
 {
-    const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v};
+    const double *in[] = {q, v};
     double c[1], work[1];
     bias_constants_f64(p, (void *)c);
-    bias_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
+    bias_f64(in, 0, p, (void *)c, out, (void *)work);
 }
 
 void pendulum_bias_batch(size_t states, const double *q, const double *v, const double *p, double *out)
@@ -191,10 +191,10 @@ void pendulum_bias_batch(size_t states, const double *q, const double *v, const 
 
 void pendulum_energy(const double *q, const double *v, const double *p, double *out)
 {
-    const pack_f641 *in[] = {(const pack_f641 *)q, (const pack_f641 *)v};
+    const double *in[] = {q, v};
     double c[3], work[1];
     energy_constants_f64(p, (void *)c);
-    energy_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
+    energy_f64(in, 0, p, (void *)c, out, (void *)work);
 }
 
 void pendulum_energy_batch(size_t states, const double *q, const double *v, const double *p, double *out)
@@ -206,10 +206,10 @@ void pendulum_energy_batch(size_t states, const double *q, const double *v, cons
 
 void pendulum_joints(const double *q, const double *p, double *out)
 {
-    const pack_f641 *in[] = {(const pack_f641 *)q};
+    const double *in[] = {q};
     double c[1], work[1];
 
-    joints_f64(in, p, (void *)c, (pack_f641 *)out, (void *)work);
+    joints_f64(in, 0, p, (void *)c, out, (void *)work);
 }
 
 void pendulum_joints_batch(size_t states, const double *q, const double *p, double *out)

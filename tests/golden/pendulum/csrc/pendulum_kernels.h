@@ -1,9 +1,9 @@
 /* pendulum: equations of motion by the matrix method (eomgen VERSION)
  *
  * The equations, as one text for every type: pendulum.c includes it once for each. `real` is a scalar or a vector of
- * lanes (a lane is a state), `scalar` its element. Every argument and result is a `pack` of STREAMS reals.
- * So is every value between, and EACH statement computes its reals side by side; FMA, SINCOS, ... are those of
- * eomgen_real.h.
+ * lanes (a lane is a state), `scalar` its element. EOM_AT(q, i) is STREAMS reals: element i of an argument or result.
+ * Every value between is a `pack` of as many, and EACH statement computes its reals side by side; FMA, SINCOS, ... are
+ * those of eomgen_real.h.
  *
  * q[0]  rod.angle (rad)
  * v[0]  rod.angle_rate (rad/s)
@@ -56,12 +56,16 @@ EOM_LINKAGE void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *r
 
 #endif
 
-EOM_LINKAGE void EOM_NAME(forward_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(forward_dynamics)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
-    const pack *const q = in[0];
-    const pack *const u = in[2];
-    pack c0_sin, c0; EACH SINCOS(q[0][h], &c0_sin[h], &c0[h]);
-    EACH out[0][h] = (u[0][h] - FMA(p[2], (q[0][h] - p[3]), p[4] * (c[0] * c0[h]))) * c[1];
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    const scalar *const u = in[2]; EOM_PLACE(u, 2);
+    EOM_PLACE(out, 3);
+    EOM_FETCH(q, 0);
+    pack c0_sin, c0; EACH SINCOS(EOM_AT(q, 0)[h], &c0_sin[h], &c0[h]);
+    EOM_FETCH(out, 0);
+    EOM_FETCH(u, 0);
+    EACH EOM_AT(out, 0)[h] = (EOM_AT(u, 0)[h] - FMA(p[2], (EOM_AT(q, 0)[h] - p[3]), p[4] * (c[0] * c0[h]))) * c[1];
 }
 
 /* ---- inverse_dynamics ----
@@ -82,12 +86,16 @@ EOM_LINKAGE void EOM_NAME(inverse_dynamics_constants)(const scalar *p, scalar *r
 
 #endif
 
-EOM_LINKAGE void EOM_NAME(inverse_dynamics)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(inverse_dynamics)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
-    const pack *const q = in[0];
-    const pack *const a = in[2];
-    pack c0_sin, c0; EACH SINCOS_CALL(q[0][h], &c0_sin[h], &c0[h]);
-    EACH out[0][h] = FMA(a[0][h], c[1], FMA(p[2], (q[0][h] - p[3]), p[4] * (c[0] * c0[h])));
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    const scalar *const a = in[2]; EOM_PLACE(a, 2);
+    EOM_PLACE(out, 3);
+    EOM_FETCH(q, 0);
+    pack c0_sin, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &c0_sin[h], &c0[h]);
+    EOM_FETCH(out, 0);
+    EOM_FETCH(a, 0);
+    EACH EOM_AT(out, 0)[h] = FMA(EOM_AT(a, 0)[h], c[1], FMA(p[2], (EOM_AT(q, 0)[h] - p[3]), p[4] * (c[0] * c0[h])));
 }
 
 /* ---- mass_matrix ----
@@ -106,9 +114,11 @@ EOM_LINKAGE void EOM_NAME(mass_matrix_constants)(const scalar *p, scalar *restri
 
 #endif
 
-EOM_LINKAGE void EOM_NAME(mass_matrix)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(mass_matrix)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
-    EACH out[0][h] = R(c[0]);
+    EOM_PLACE(out, 1);
+    EOM_FETCH(out, 0);
+    EACH EOM_AT(out, 0)[h] = R(c[0]);
 }
 
 /* ---- bias ----
@@ -126,11 +136,14 @@ EOM_LINKAGE void EOM_NAME(bias_constants)(const scalar *p, scalar *restrict c)
 
 #endif
 
-EOM_LINKAGE void EOM_NAME(bias)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(bias)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
-    const pack *const q = in[0];
-    pack c0_sin, c0; EACH SINCOS_CALL(q[0][h], &c0_sin[h], &c0[h]);
-    EACH out[0][h] = FMA(p[2], (q[0][h] - p[3]), p[4] * (c[0] * c0[h]));
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    EOM_PLACE(out, 2);
+    EOM_FETCH(q, 0);
+    pack c0_sin, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &c0_sin[h], &c0[h]);
+    EOM_FETCH(out, 0);
+    EACH EOM_AT(out, 0)[h] = FMA(p[2], (EOM_AT(q, 0)[h] - p[3]), p[4] * (c[0] * c0[h]));
 }
 
 /* ---- energy ----
@@ -152,14 +165,19 @@ EOM_LINKAGE void EOM_NAME(energy_constants)(const scalar *p, scalar *restrict c)
 
 #endif
 
-EOM_LINKAGE void EOM_NAME(energy)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(energy)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
-    const pack *const q = in[0];
-    const pack *const v = in[1];
-    pack s0, s0_cos; EACH SINCOS_CALL(q[0][h], &s0[h], &s0_cos[h]);
-    pack t1; EACH t1[h] = q[0][h] - p[3];
-    EACH out[0][h] = K(0.5) * (v[0][h] * (v[0][h] * c[1]));
-    EACH out[1][h] = FMA(p[4], (c[0] * s0[h]), c[2] * (t1[h] * t1[h]));
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    const scalar *const v = in[1]; EOM_PLACE(v, 1);
+    EOM_PLACE(out, 2);
+    EOM_FETCH(q, 0);
+    pack s0, s0_cos; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s0[h], &s0_cos[h]);
+    pack t1; EACH t1[h] = EOM_AT(q, 0)[h] - p[3];
+    EOM_FETCH(out, 0);
+    EOM_FETCH(v, 0);
+    EACH EOM_AT(out, 0)[h] = K(0.5) * (EOM_AT(v, 0)[h] * (EOM_AT(v, 0)[h] * c[1]));
+    EOM_FETCH(out, 1);
+    EACH EOM_AT(out, 1)[h] = FMA(p[4], (c[0] * s0[h]), c[2] * (t1[h] * t1[h]));
 }
 
 /* ---- joints ----
@@ -168,10 +186,14 @@ EOM_LINKAGE void EOM_NAME(energy)(const pack *const *in, const scalar *p, const 
  */
 #undef STREAMS
 #define STREAMS 1
-EOM_LINKAGE void EOM_NAME(joints)(const pack *const *in, const scalar *p, const scalar *c, pack *restrict out, pack *restrict work)
+EOM_LINKAGE void EOM_NAME(joints)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
-    const pack *const q = in[0];
-    pack s0, c0; EACH SINCOS_CALL(q[0][h], &s0[h], &c0[h]);
-    EACH out[0][h] = p[1] * c0[h];
-    EACH out[1][h] = p[1] * s0[h];
+    const scalar *const q = in[0]; EOM_PLACE(q, 0);
+    EOM_PLACE(out, 1);
+    EOM_FETCH(q, 0);
+    pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s0[h], &c0[h]);
+    EOM_FETCH(out, 0);
+    EACH EOM_AT(out, 0)[h] = p[1] * c0[h];
+    EOM_FETCH(out, 1);
+    EACH EOM_AT(out, 1)[h] = p[1] * s0[h];
 }
