@@ -240,7 +240,7 @@ static void FN(eom_run_lanes)(const eom_function *f, const eom_kernels *k, const
     const intptr_t whole = streams * EOM_WIDTH;
     const eom_operand *result = &operand[f->inputs + 1];
     const SCALAR *inputs[EOM_MAX_INPUTS];
-    VECTOR *copies[EOM_MAX_INPUTS + 1], *next = (VECTOR *)buffer;
+    VECTOR *copies[EOM_MAX_INPUTS + 1] = {0}, *next = (VECTOR *)buffer;
     eom_place places[EOM_MAX_INPUTS + 1];
     intptr_t advance[EOM_MAX_INPUTS + 1];
     for (int i = 0; i <= f->inputs; i++) {

@@ -79,7 +79,7 @@ static void RN(eom_integrate)(RN(eom_trajectory) * x, const eom_operand *operand
                               const eom_operand *result, intptr_t state, int count, intptr_t intervals, intptr_t substeps,
                               const intptr_t *next, int euler)
 {
-    REAL dt[EOM_MAX_STREAMS], t[EOM_MAX_STREAMS];
+    REAL dt[EOM_MAX_STREAMS] = {0}, t[EOM_MAX_STREAMS];
     REAL *to[] = {x->q, x->v, x->u, x->w};
     int used = x->k ? 4 : 3, width = WIDTH;
     for (int h = 0; h < x->streams; h++) {
