@@ -364,6 +364,8 @@ EOM_INLINE void eom_sincos2_f64(eom_f64 x, eom_f64 y, eom_f64 *sx, eom_f64 *cx, 
         eom_sincos_call_f64(x, sx, cx);
         eom_sincos_call_f64(y, sy, cy);
     } else {
+        /* Adjacent angles must not be loaded as one vector: it would wait for the two stores of an integrator. */
+        EOM_OPAQUE(y);
         eom_f64x2 s, c;
         eom_sincos_near_f64x2((eom_f64x2){x, y}, &s, &c);
         *sx = s[0];
