@@ -162,7 +162,7 @@ class Exact:
         return max(certify.errors(found, exact)[0] for found, exact in pairs) * eps
 
 
-def own(problem: Problem) -> Iterator[Record]:
+def own(problem: Problem) -> list[Record]:
     """All variants, timed in turns."""
     batch = states(problem)
     exact = Exact(problem, batch)
@@ -196,7 +196,7 @@ def own(problem: Problem) -> Iterator[Record]:
                 record["ns"].append((time.perf_counter() - start) / STATES * 1e9)
     for record in records:
         _show(record)
-    return iter(records)
+    return records
 
 
 def peers(problem: Problem) -> Iterator[Record]:
@@ -342,7 +342,7 @@ def plot(found: Mapping[str, Any], path: Path) -> None:
                 continue
             at = (_ns(record), max(record["error"], 1e-20))
             if record["variant"]:
-                family, _, form = _parts(record["variant"])
+                family, form = _parts(record["variant"])
                 axis.plot(*at, MARKERS.get(form, "o"), color=COLORS[family], markersize=7, zorder=3)
                 if family == "default":
                     axis.plot(*at, "o", markersize=15, markerfacecolor="none", markeredgecolor="black", zorder=4)
@@ -372,18 +372,15 @@ def plot(found: Mapping[str, Any], path: Path) -> None:
     figure.suptitle("Forward dynamics: speed against error", fontsize=14)
     figure.legend(handles=entries, loc="lower center", ncols=7, fontsize=9, frameon=False)
     figure.tight_layout(rect=(0, 0.75 / (4.4 * lines + 1.2), 1, 0.99))
-    private = path.with_name(f".{os.getpid()}.{path.name}")
-    figure.savefig(private, dpi=100, metadata={"Software": None})
-    private.replace(path)
-    pyplot.close(figure)
+    report.save(figure, path, dpi=100)
 
 
-def _parts(label: str) -> tuple[str, str, str]:
+def _parts(label: str) -> tuple[str, str]:
     """The family and the form in a variant's label."""
     for form in sorted(MARKERS, key=len, reverse=True):
         if label.endswith(f", {form}"):
-            return label.removesuffix(f", {form}"), ", ", form
-    return label, "", ""
+            return label.removesuffix(f", {form}"), form
+    return label, ""
 
 
 def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:

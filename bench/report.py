@@ -271,8 +271,15 @@ def log_log(
     columns = -(-len(entries) // 3)
     figure.legend(entries.values(), entries.keys(), loc="lower center", ncols=columns, fontsize=9, frameon=False)
     figure.tight_layout(rect=(0, 0.115, 1, 1))
+    save(figure, path, dpi=120)
+
+
+def save(figure: Any, path: Path, dpi: int) -> None:
+    """Writes a Matplotlib figure in one step and closes it; nobody sees half of it."""
+    from matplotlib import pyplot
+
     private = path.with_name(f".{os.getpid()}.{path.name}")
-    figure.savefig(private, dpi=120, metadata={"Software": None})
+    figure.savefig(private, dpi=dpi, metadata={"Software": None})
     private.replace(path)
     pyplot.close(figure)
 

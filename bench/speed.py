@@ -988,10 +988,7 @@ def plot(data: Data, path: Path) -> None:
         fontsize=9,
         frameon=False,
     )
-    private = path.with_name(f".{os.getpid()}.{path.name}")
-    figure.savefig(private, dpi=100, metadata={"Software": None})
-    private.replace(path)
-    pyplot.close(figure)
+    report.save(figure, path, dpi=100)
 
 
 def _aims(axis: Any, rows: Sequence[Target]) -> None:

@@ -614,10 +614,7 @@ def plot(data: Data, path: Path) -> None:
     figure.suptitle("Work and precision: time of an integration against its error (lower left is better)", fontsize=14)
     figure.legend(entries.values(), entries.keys(), loc="lower center", ncols=4, fontsize=10, frameon=False)
     figure.tight_layout(rect=(0, 0.1 if rows == 1 else 0.06, 1, 1))
-    private = path.with_name(f".{os.getpid()}.{path.name}")
-    figure.savefig(private, dpi=100, metadata={"Software": None})
-    private.replace(path)
-    pyplot.close(figure)
+    report.save(figure, path, dpi=100)
 
 
 # The command line.

@@ -324,10 +324,9 @@ def _measure(
     exact = written["articulated"]
     n = len(exact.equations.q)
     if len(exact.links) > MOST_LINKS:
-        matrix = pipeline.compile(exact.equations, functions=["mass_matrix"]).mass_matrix
-        mass = matrix(*(case.values[array.name] for array in _inputs(exact, "mass_matrix")))
-        roots = np.sqrt(np.diag(mass))
-        conditions = float(np.linalg.cond(mass)), float(np.linalg.cond(mass / np.outer(roots, roots)))
+        module = pipeline.compile(exact.equations, functions=["mass_matrix"])
+        arguments = [case.values[array.name] for array in _inputs(exact, "mass_matrix")]
+        conditions = float(np.linalg.cond(module.mass_matrix(*arguments))), float(module.condition(*arguments))
     else:
         conditions = exact.mass_conditions(values)
     found = []

@@ -5,8 +5,7 @@ Small chains show the law exactly (differences of the counts), long ones its exp
 
 import math
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 
 import pytest
 
@@ -20,6 +19,7 @@ from eomgen.ir.equations import Equations
 from eomgen.ir.expr import Node, reachable
 from eomgen.ir.text import dump
 from eomgen.scene import LINK_TYPES
+from tests.depth import shallow_stack
 from tests.exact import exact, quantities
 
 DENSE = ["matrix", "recursive", "lagrange"]
@@ -89,20 +89,6 @@ def test_a_tree_is_cheaper_than_a_chain() -> None:
 
 
 # Depth
-
-
-@contextmanager
-def shallow_stack(frames: int) -> Iterator[None]:
-    """Only so many calls deeper than the caller."""
-    depth, frame = 0, sys._getframe()
-    while frame is not None:
-        depth, frame = depth + 1, frame.f_back
-    limit = sys.getrecursionlimit()
-    sys.setrecursionlimit(depth + frames)
-    try:
-        yield
-    finally:
-        sys.setrecursionlimit(limit)
 
 
 def nesting(outputs: Sequence[Node]) -> int:

@@ -4,9 +4,7 @@ import importlib
 import itertools
 import random
 import re
-import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from types import ModuleType
 
 import numpy as np
@@ -27,6 +25,7 @@ from eomgen.ir.program import Program, Turns, parts
 from eomgen.ir.text import dump
 from eomgen.scene import LINK_TYPES, Scene
 from tests.conftest import Compiled
+from tests.depth import shallow_stack
 from tests.exact import differences, exact_groups, results
 
 c_emit = importlib.import_module("eomgen.backends.c.emit")  # the package has a function of this name
@@ -591,20 +590,6 @@ def test_dense_solver_of_the_recursion() -> None:
 
 
 # Depth
-
-
-@contextmanager
-def shallow_stack(frames: int) -> Iterator[None]:
-    """Only so many calls deeper than the caller."""
-    depth, frame = 0, sys._getframe()
-    while frame is not None:
-        depth, frame = depth + 1, frame.f_back
-    limit = sys.getrecursionlimit()
-    sys.setrecursionlimit(depth + frames)
-    try:
-        yield
-    finally:
-        sys.setrecursionlimit(limit)
 
 
 def emitted(links: int) -> int:

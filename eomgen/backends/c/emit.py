@@ -208,7 +208,8 @@ def table(model: Model) -> str:
     """The table of functions and the plain C interface."""
     suffixes = [TYPES[dtype] for dtype in model.dtypes]
     arithmetic = ARITHMETIC[model.accuracy]
-    undefs = "\n".join(f"#undef {name}" for name in ("real", "pack", "scalar", "STREAMS", *_defined(arithmetic.macros)))
+    defined = dict.fromkeys(("real", "pack", "scalar", "STREAMS", *_defined(arithmetic.macros)))
+    undefs = "\n".join(f"#undef {name}" for name in defined)
     includes: list[str] = []
     vectors: list[str] = []
     for scalar, vector in suffixes:

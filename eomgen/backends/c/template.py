@@ -10,6 +10,12 @@ KERNELS_HEAD = """\
 {legend}
  */
 #define real eom_real
+{macros}"""
+
+STANDARD_ABOUT = """\
+ * Every value between is a `pack` of as many, and EACH statement computes its reals side by side; FMA, SINCOS, ... are
+ * those of eomgen_real.h."""
+STANDARD_MACROS = """\
 #define pack EOM_JOIN(EOM_NAME(pack), STREAMS)
 #define STREAMS 1
 typedef real pack[1];
@@ -18,12 +24,6 @@ typedef real pack[1];
 #if EOM_WIDE > 1
 typedef real pack[EOM_WIDE];
 #endif
-{macros}"""
-
-STANDARD_ABOUT = """\
- * Every value between is a `pack` of as many, and EACH statement computes its reals side by side; FMA, SINCOS, ... are
- * those of eomgen_real.h."""
-STANDARD_MACROS = """\
 #define EACH _Pragma("GCC unroll 2") for (int h = 0; h < STREAMS; h++)
 #define R(x) ((x) - (real){0}) /* a scalar in every lane; a vector as it is */
 #define K(x) ((scalar)x##L) /* a literal, read in the widest type */
@@ -60,12 +60,11 @@ HIGH_MACROS = """\
 """
 
 FAST_ABOUT = """\
- * Values between are floats (eomgen_single.h): half as many vectors as a pack has, which EACH statement computes side
- * by side. Angles and their differences are reduced as doubles."""
+ * Values between are floats (eomgen_single.h): half as many vectors, which EACH statement computes side by side. Angles
+ * and their differences are reduced as doubles."""
 FAST_MACROS = """\
 #define single EOM_NAME(eom_single)
 #define floats EOM_JOIN(EOM_NAME(floats), STREAMS)
-#undef STREAMS
 #define STREAMS 1
 typedef single floats[1];
 #undef STREAMS
@@ -74,7 +73,6 @@ typedef single floats[1];
 typedef single floats[1];
 #undef STREAMS
 #define STREAMS EOM_WIDER
-typedef real pack[EOM_WIDER];
 typedef single floats[EOM_WIDER / 2];
 #endif
 #define EACH _Pragma("GCC unroll 2") for (int h = 0; h < (STREAMS + 1) / 2; h++)
