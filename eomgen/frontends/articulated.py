@@ -10,8 +10,8 @@ what comes in (from the children, summed, or from the parent) to what goes out, 
 serve straight-line code (called once per link) and loops (called once per kind of link on stand-in symbols).
 
 Vectors and tensors stand in the axes of a link, u along it and n across, and are turned once between neighbours,
-by the angle between them; sines of absolute angles are not needed. Λ is kept as p I + d (u u - n n) + e (u n + n u):
-a turn rotates (d, e) by the double angle.
+by the angle between them; sines of absolute angles are not needed. Of Λ flow p, d and e, where
+2 Λ = p I + d (u u - n n) + e (u n + n u): a turn rotates (d, e) by the double angle, and nothing has to be halved.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def forward_dynamics(ground: Ground, pivots: list[tuple[str, Node]] | None = Non
         solved[link] = (_Lumped if _is_lumped(link) else _General)(link, below)
         if pivots is not None:
             pivots.extend((f"{link.name}.{kind}", pivot) for kind, pivot in solved[link].pivots.items())
-        return solved[link].above, {}
+        return solved[link].above, solved[link].kept
 
     def drop(link: LinkSymbols, joint: Flow) -> tuple[Flow, Results]:
         return solved[link].accelerations(*joint)
@@ -110,10 +110,12 @@ class _Solved:
     Attributes:
         above: Λ (p, d, e) and b (u, n) in the parent's axes, and the joint torque that the parent feels.
         pivots: the pivots by the coordinate they belong to, the first eliminated first.
+        kept: what the way down needs and is computed on the way up, by any names.
     """
 
     above: Flow
     pivots: dict[str, Node]
+    kept: Results
 
     def accelerations(self, u: Node, n: Node) -> tuple[Flow, Results]:
         """The far end's acceleration, and φ̈ and s̈, from the joint's acceleration in the parent's axes."""
@@ -135,7 +137,8 @@ def _from_parent(link: LinkSymbols, u: Node, n: Node) -> tuple[Node, Node]:
 def _deviator_to_parent(link: LinkSymbols, d: Node, e: Node) -> tuple[Node, Node]:
     """d and e of a tensor in the link's axes, in its parent's."""
     c, s = link.graph.cos(link.turn), link.graph.sin(link.turn)
-    cos2, sin2 = c * c - s * s, 2 * c * s
+    twice = 2 * s
+    cos2, sin2 = 1 - twice * s, twice * c
     return cos2 * d - sin2 * e, cos2 * e + sin2 * d
 
 
@@ -149,57 +152,58 @@ class _General(_Solved):
     """
 
     def __init__(self, link: LinkSymbols, below: Flow) -> None:
-        p, d, mixed, below_along, below_across, torque = below
+        p, d, e, below_along, below_across, torque = below
         self.link = link
         k, L, L1 = link.moments, link.L, link.L1
-        along, across = p + d, p - d
+        half, half1 = L / 2, L1 / 2
+        along, across = p + d, p - d  # of 2 Λ
         given = link.length_acceleration if link.varies and not link.free else link.graph.zero
-        self.square = link.rate * link.rate
+        square = link.rate * link.rate
         self.coriolis = 2 * (link.length_rate * link.rate)
-        self.end_along, self.end_across = L1 * given - L * self.square, L1 * self.coriolis
-        b_along = below_along + along * self.end_along + mixed * self.end_across
-        b_across = below_across + mixed * self.end_along + across * self.end_across
+        swing = L * square
+        self.end_along, self.end_across = L1 * given - swing, L1 * self.coriolis
+        known = half1 * given, half1 * self.coriolis
+        u, n, swung = half * e, k.S + half * across, half * along
+        b_along = below_along + along * known[0] + e * known[1]
+        force_along = b_along - (k.S + swung) * square + k.S1 * given
+        b_across = below_across + e * known[0] + across * known[1] - u * square
+        force_across = b_across + k.S1 * self.coriolis
         effort = link.torque - link.joint_spring
 
-        pivot, reference = k.T + L * L * across, k.T + L * L * p
-        u, n = L * mixed, k.S + L * across
+        pivot, reference = k.T + L * half * across, k.T + L * half * p
         right = effort - torque - L * b_across - k.X * self.coriolis
-        force_along = b_along - k.S * self.square + k.S1 * given
-        force_across = b_across + k.S1 * self.coriolis
         self.pivots = {}
         if link.free:
-            self.pivots["length"] = k.S2 + L1 * L1 * along
-            self.slide = link.graph.pivot_inverse(self.pivots["length"], k.S2 + L1 * L1 * p)
-            self.slide_u, self.slide_n = k.S1 + L1 * along, L1 * mixed
-            self.slide_right = link.force - link.spring - L1 * b_along + k.X * self.square
-            self.slide_turn = L * L1 * mixed
-            share = self.slide_turn * self.slide
-            pivot = pivot - self.slide_turn * share
-            u, n = u - self.slide_u * share, n - self.slide_n * share
-            right = right - share * self.slide_right
+            self.pivots["length"] = k.S2 + L1 * half1 * along
+            slide = link.graph.pivot_inverse(self.pivots["length"], k.S2 + L1 * half1 * p)
+            slide_u, slide_n, slide_turn = k.S1 + half1 * along, half1 * e, L1 * u
+            slide_right = link.force - link.spring - L1 * (b_along - swung * square) + k.X * square
+            share = slide_turn * slide
+            pivot = pivot - slide_turn * share
+            u, n = u - slide_u * share, n - slide_n * share
+            right = right - share * slide_right
+            self.pushed, self.slide_gains = slide_right * slide, (slide_u * slide, slide_n * slide, share)
         self.pivots["angle"] = pivot
         inverse = link.graph.pivot_inverse(pivot, reference)
         self.gain_u, self.gain_n, self.free_turn = u * inverse, n * inverse, right * inverse
-        force_along = force_along + u * self.free_turn
-        force_across = force_across + n * self.free_turn
+        force_along = force_along + self.gain_u * right
+        force_across = force_across + self.gain_n * right
         if link.free:
-            pushed = self.slide_right * self.slide
-            force_along = force_along + self.slide_u * pushed
-            force_across = force_across + self.slide_n * pushed
-            slide_u, slide_n = self.slide_u * self.slide, self.slide_n * self.slide
-            left_u = k.m + along - self.slide_u * slide_u - u * self.gain_u
-            left_n = k.m + across - self.slide_n * slide_n - n * self.gain_n
-            left_mixed = mixed - self.slide_u * slide_n - u * self.gain_n
+            force_along = force_along + slide_u * self.pushed
+            force_across = force_across + slide_n * self.pushed
+            left_u = k.m + along / 2 - slide_u * self.slide_gains[0] - u * self.gain_u
+            left_n = k.m + across / 2 - slide_n * self.slide_gains[1] - n * self.gain_n
+            left_mixed = e - 2 * (slide_u * self.slide_gains[1] + u * self.gain_n)
         else:
             # Without a free length the difference m + Λ_nn - n²/pivot has a form with positive terms only.
             # Nothing is of the order of mass², which might leave the range of numbers.
             far = link.graph.sum(b.mass * _squared(_arm(link, b) - L) + b.inertia for b in link.bodies)
-            left_u = k.m + along - u * self.gain_u
-            left_n = _central(link, inverse) + across * (far * inverse)
-            left_mixed = mixed * ((k.T - L * k.S) * inverse)
-        half_p, half_d = (left_u + left_n) / 2, (left_u - left_n) / 2
-        turned = _deviator_to_parent(link, half_d, left_mixed)
-        self.above = (half_p, *turned, *_to_parent(link, force_along, force_across), effort)
+            left_u = k.m + along / 2 - u * self.gain_u
+            left_n = _central(link, inverse) + across * (far / 2 * inverse)
+            left_mixed = e * ((k.T - L * k.S) * inverse)
+        turned = _deviator_to_parent(link, left_u - left_n, left_mixed)
+        self.above = (left_u + left_n, *turned, *_to_parent(link, force_along, force_across), effort)
+        self.kept = {"turn": self.free_turn, "gain_u": self.gain_u, "gain_n": self.gain_n, "swing": swing}
 
     def accelerations(self, u: Node, n: Node) -> tuple[Flow, Results]:
         link = self.link
@@ -208,8 +212,8 @@ class _General(_Solved):
         results = {"angle": turn}
         end_along, end_across = along + self.end_along, across + self.end_across + link.L * turn
         if link.free:
-            right = self.slide_right - self.slide_turn * turn - self.slide_u * along - self.slide_n * across
-            results["length"] = right * self.slide
+            gain_u, gain_n, share = self.slide_gains
+            results["length"] = self.pushed - share * turn - gain_u * along - gain_n * across
             end_along = end_along + link.L1 * results["length"]
         return (end_along, end_across), results
 
@@ -224,21 +228,21 @@ class _Lumped(_Solved):
     def __init__(self, link: LinkSymbols, below: Flow) -> None:
         p, d, e, below_along, below_across, torque = below
         self.link = link
-        graph, scale = link.graph, link.L1
+        graph, scale, half = link.graph, link.L1, link.L1 / 2
         masses = [(b.mass, b.beta) for b in link.bodies]
         mass = graph.sum(m for m, _ in masses)
         first = graph.sum(m * b for m, b in masses)
         second = graph.sum(m * b * b for m, b in masses)
         apart = _apart(link, masses, mass * second - first * first)
         far = graph.sum(m * _squared(b - scale) for m, b in masses)
-        square = scale * scale
+        square = scale * half
         a = second + square * p
         deviation = d * d + e * e
         self.pivots = {"length": a * a - square * square * deviation}
         inverse = graph.pivot_inverse(self.pivots["length"], a * a)
-        gain = (scale * second - square * first) * inverse
+        gain = (half * second - square * first) * inverse
         along_gain, deviation = a * inverse, deviation * inverse
-        self.gain = (first + scale * p) * along_gain - scale * square * deviation, gain * d, gain * e
+        self.gain = (first + half * p) * along_gain - half * square * deviation, gain * d, gain * e
         shear = -square * inverse
         effort = link.torque - link.joint_spring
         length = link.length
@@ -247,10 +251,11 @@ class _Lumped(_Solved):
         turn = (effort - torque) * self.per_length - scale * below_across
         self.z = _apply((along_gain, shear * d, shear * e), push, turn)
         along, across = _apply(self.gain, push, turn)
-        stiff = (far * second - square * apart) * inverse
-        left = (apart + far * p) * along_gain - far * square * deviation
+        stiff = (far * second - scale * scale * apart) * inverse
+        left = (2 * apart + far * p) * along_gain - far * square * deviation
         turned = _deviator_to_parent(link, stiff * d, stiff * e)
         self.above = (left, *turned, *_to_parent(link, below_along + along, below_across + across), effort)
+        self.kept = {}
 
     def accelerations(self, u: Node, n: Node) -> tuple[Flow, Results]:
         link = self.link

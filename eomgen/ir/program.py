@@ -16,7 +16,7 @@ from typing import Literal
 
 from eomgen.ir.expr import Node, reachable
 
-Role = Literal["input", "output", "constants", "work"]
+Role = Literal["input", "output", "constants", "work", "carried"]
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,8 @@ class Array:
     Attributes:
         name: its name, an identifier.
         shape: its shape; indices are into the flattened array, the last axis running fastest.
-        role: input, output, constants (filled at the rate of the parameters) or work.
+        role: input, output, constants (filled at the rate of the parameters), work, or carried: one element that hands
+            a value on, from an iteration to the next or to a later block.
         symbols: for an input, the names of its elements.
         units: their units, as many, or none.
     """
@@ -69,7 +70,10 @@ class Place:
 
 @dataclass(frozen=True)
 class Store:
-    """Puts the value of a node into a place, or adds it to what is there."""
+    """Puts the value of a node into a place, or adds it to what is there.
+
+    All loads of an iteration come before its stores.
+    """
 
     place: Place
     node: Node
@@ -195,9 +199,9 @@ class Program:
         inputs = ",".join(dimensions(array) for array in self.inputs)
         return f"{inputs}->{dimensions(self.output)}"
 
-    def size(self, role: Role) -> int:
-        """Elements of all arrays of a role."""
-        return sum(array.size for array in self.scratch if array.role == role)
+    def size(self, *roles: Role) -> int:
+        """Elements of all arrays of some roles."""
+        return sum(array.size for array in self.scratch if array.role in roles)
 
 
 def dimensions(array: Array) -> str:

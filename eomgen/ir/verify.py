@@ -27,9 +27,9 @@ def verify(program: Program, after: str = "") -> None:
 
     Raises:
         AssertionError: an operation is unknown, a symbol is not loaded, a graph is mixed with another, an index
-            is out of its array, an element is read before it is written or written twice (but for a zero that is
-            replaced), an input is written, constants depend on more than p, an output element is missing, or the
-            turns of loops are not their iterations.
+            is out of its array, an element is read before it is written or written twice (but for a carried one and
+            a zero that is replaced), an input is written, constants depend on more than p, an output element is
+            missing, or the turns of loops are not their iterations.
     """
     try:
         _Check(program).run()
@@ -50,7 +50,7 @@ class _Check:
         for step in self.program.constants:
             self._step(step, reads=("input p", "constants"), writes="constants")
         for step in self.program.blocks:
-            self._step(step, reads=("input", "constants", "work", "output"), writes="output work")
+            self._step(step, reads=("input", "constants", "work", "carried", "output"), writes="output work carried")
         missing = self.state[self.program.output.name].count(NOTHING)
         assert not missing, f"{missing} elements of {self.program.output.name} are never stored"
 
@@ -76,7 +76,8 @@ class _Check:
             assert known, f"block {block.title!r} reads {array}[{index}], which has no value"
         for store in block.stores:
             name, index = store.place.array, store.place.index(k, i)
-            assert (name, index) not in read, f"block {block.title!r} reads and writes {name}[{index}] at once"
+            at_once = (name, index) in read and self.arrays[name].role != "carried"
+            assert not at_once, f"block {block.title!r} reads and writes {name}[{index}] at once"
             self._store(store, [index])
 
     def _all_at_once(self, block: Block) -> None:
@@ -137,7 +138,8 @@ class _Check:
             if store.add:
                 assert before, f"{name}[{index}] is added to before it has a value"
             else:
-                assert before != VALUE, f"{name}[{index}] is stored twice"
+                again = before == VALUE and self.arrays[name].role != "carried"
+                assert not again, f"{name}[{index}] is stored twice"
             state[index] = VALUE if before else _stored(store)
 
 

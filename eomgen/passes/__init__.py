@@ -4,9 +4,13 @@ from collections.abc import Callable
 
 from eomgen.ir.program import Program
 from eomgen.ir.verify import verify
-from eomgen.passes import chunk, hoist
+from eomgen.passes import carry, chunk, hoist
 
-DEFAULT: tuple[tuple[str, Callable[[Program], Program]], ...] = (("hoist", hoist.run), ("chunk", chunk.run))
+DEFAULT: tuple[tuple[str, Callable[[Program], Program]], ...] = (
+    ("hoist", hoist.run),
+    ("carry", carry.run),
+    ("chunk", chunk.run),
+)
 
 
 def run(program: Program) -> Program:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from fractions import Fraction
 
 from eomgen.backends.c import template
@@ -115,7 +115,7 @@ def _pointers(program: Program, arithmetic: Arithmetic, constants: bool) -> dict
                 pointers[array.name] = f"{kind} *const {array.name} = c + {offset['constants']};"
         elif not constants:
             pointers[array.name] = f"{arithmetic.value} *const {array.name} = work + {offset['work']};"
-        offset[array.role] += array.size
+        offset["constants" if array.role == "constants" else "work"] += array.size
     return pointers
 
 
@@ -148,10 +148,32 @@ def _block(block: Block, printer: CPrinter | HighPrinter) -> list[str]:
     """The lines of a block; a loop around them if it repeats."""
     if _is_list(block):
         return _list(block, printer)
-    tables, lines = _body(block, printer)
-    if block.looped:
-        lines = [f"for (int k = 0; k < {block.count}; k++) {{", *(f"    {line}" for line in lines), "}"]
-    return [*tables, *lines]
+    if not block.looped:
+        tables, lines = _body(block, printer)
+        return [*tables, *lines]
+    entering = _entering(block, printer)
+    passing = [store for store in block.stores if store.place.array in entering]
+    tables, lines = _body(block, printer, {store.place.array for store in passing})
+    return [
+        *tables,
+        *(printer.enter(array) for array in entering),
+        f"for (int k = 0; k < {block.count}; k++) {{",
+        *(f"    {line}" for line in lines),
+        *(f"    {printer.advance(store.place.array)}" for store in passing),
+        "}",
+        *(
+            printer.store(
+                store.place.array, "0", Text(printer.load(store.place.array, "0"), 3, 0, store.node), add=False
+            )
+            for store in passing
+        ),
+    ]
+
+
+def _entering(block: Block, printer: CPrinter | HighPrinter) -> list[str]:
+    """The arrays that carry something into a block."""
+    arrays = dict.fromkeys(place.array for place in block.loads.values())
+    return [array for array in arrays if printer.kinds[array] == "carried"]
 
 
 def _is_list(block: Block) -> bool:
@@ -176,12 +198,27 @@ def _list(block: Block, printer: CPrinter | HighPrinter) -> list[str]:
     ]
 
 
-def _body(block: Block, printer: CPrinter | HighPrinter) -> tuple[list[str], list[str]]:
-    """The tables of indices of a block, and its lines for one iteration: statements, then stores."""
+def _body(
+    block: Block, printer: CPrinter | HighPrinter, passing: Container[str] | None = None
+) -> tuple[list[str], list[str]]:
+    """The tables of indices of a block, and its lines for one iteration: statements, then stores.
+
+    Args:
+        block: the block.
+        printer: the rules.
+        passing: in a loop, the arrays that carry a value from an iteration to the next.
+    """
     indices = Indices(block)
     lines, texts = statements(block, printer, indices.of)
+    if passing is None:
+        passing = ()
+        lines = [*map(printer.enter, _entering(block, printer)), *lines]
     for store in block.stores:
-        lines.append(printer.store(store.place.array, indices.at(store.place), texts[store.node], store.add))
+        array, value = store.place.array, texts[store.node]
+        if array in passing:
+            lines.append(printer.leave(array, value))
+        else:
+            lines.append(printer.store(array, indices.at(store.place), value, store.add))
     lines = _fetching(lines)
     if block.inner:
         first, following = indices.text(block.inner.first, "k"), indices.text(block.inner.following, "i")
@@ -280,7 +317,7 @@ def _entry(program: Program, model: Model) -> str:
         inputs=sum(array.name != "p" for array in program.inputs),
         parameters=int(program.inputs[-1].name == "p"),
         constants=arithmetic.size * program.size("constants"),
-        work=arithmetic.size * program.size("work"),
+        work=arithmetic.size * program.size("work", "carried"),
         streams=STREAMS[arithmetic.streams[is_short(program)]],
         kernels=", ".join(built),
     )
@@ -313,7 +350,7 @@ def _interface(program: Program, model: Model) -> str:
         name=program.name,
         inputs=", ".join(inputs),
         constants=max(1, arithmetic.size * program.size("constants")),
-        work=max(1, arithmetic.size * program.size("work")),
+        work=max(1, arithmetic.size * program.size("work", "carried")),
         loads="\n".join(loads),
         parameters=parameters,
         arguments=", ".join(arguments),

@@ -14,7 +14,7 @@ from eomgen.errors import UnsupportedError
 from eomgen.ir.expr import Node
 from eomgen.ir.statements import Sine, Text, decimal, infix, wrapped
 
-Kind = Literal["input", "output", "work", "constants", "p"]
+Kind = Literal["input", "output", "work", "carried", "constants", "p"]
 
 FUNCTIONS = {"pivot_inverse": "PIVOT_INVERSE", "sqrt": "SQRT", "exp": "EXP", "log": "LOG"}
 
@@ -24,6 +24,11 @@ def element(kind: Kind, array: str, index: str) -> str:
     return f"EOM_AT({array}, {index})" if kind in ("input", "output") else f"{array}[{index}]"
 
 
+def entering(array: str) -> str:
+    """The variable with what an array carries into a block."""
+    return f"{array}_in"
+
+
 class CPrinter:
     """Arithmetic in the type of the arguments.
 
@@ -31,7 +36,8 @@ class CPrinter:
     becomes an explicit fused multiply-add, so that no compiler decides about rounding.
 
     Args:
-        kinds: what each array is; elements of `constants` and `p` are scalars, all others packs.
+        kinds: what each array is; elements of `constants` and `p` are scalars, all others packs. What is loaded of
+            those that are `carried` stands in variables of the block.
         inline: whether sines and cosines stand in line or are called.
     """
 
@@ -44,6 +50,8 @@ class CPrinter:
         self.scalars: set[str] = set()  # texts of scalars in functions that work on vectors
 
     def load(self, array: str, index: str) -> str:
+        if self.kinds[array] == "carried":
+            return self.named(entering(array))
         if self.kinds[array] not in ("constants", "p"):
             return f"{element(self.kinds[array], array, index)}[h]"
         self.scalars.add(f"{array}[{index}]")
@@ -93,14 +101,27 @@ class CPrinter:
         arguments = [*angles, *(f"&{name}[h]" for name in names)]
         return [f"pack {', '.join(names)}; EACH {function}({', '.join(arguments)});"]
 
+    def enter(self, array: str) -> str:
+        """The statement that loads what an array carries into a block."""
+        return self.assign(entering(array), f"{array}[0][h]")
+
+    def leave(self, array: str, value: Text) -> str:
+        """The statement that computes what an array carries on, while what it has carried is still needed."""
+        return self.assign(f"{array}_out", self._real(value))
+
+    def advance(self, array: str) -> str:
+        """The statement after which the latter is the former."""
+        return f"EACH {entering(array)}[h] = {array}_out[h];"
+
+    def _real(self, value: Text) -> str:
+        return f"R({value.text})" if value.text.removeprefix("-") in self.scalars else value.text
+
     def store(self, array: str, index: str, value: Text, add: bool) -> str:
         """The statement that puts a value into an array, or adds it to what is there."""
         sign = "+=" if add else "="
         if self.kinds[array] == "constants":
             return f"EACH {array}[{index}] {sign} {value.text};"
-        scalar = value.text.removeprefix("-") in self.scalars
-        text = f"R({value.text})" if scalar else value.text
-        return f"EACH {element(self.kinds[array], array, index)}[h] {sign} {text};"
+        return f"EACH {element(self.kinds[array], array, index)}[h] {sign} {self._real(value)};"
 
 
 class FastPrinter(CPrinter):
@@ -181,6 +202,8 @@ class HighPrinter:
                 return self._double(f"SET(p[{index}])")
             case "constants":
                 return f"SPREAD({array}[{index}])"
+            case "carried":
+                return entering(array)
         return f"{array}[{index}]"
 
     def named(self, name: str) -> str:
@@ -237,6 +260,15 @@ class HighPrinter:
         ((angle, sine, cosine),) = sines
         sine, cosine = sine or f"{cosine}_sin", cosine or f"{sine}_cos"
         return [f"twofold {sine}, {cosine}; SINCOS({self._wide(angle)}, &{sine}, &{cosine});"]
+
+    def enter(self, array: str) -> str:
+        return self.assign(entering(array), f"{array}[0]")
+
+    def leave(self, array: str, value: Text) -> str:
+        return self.assign(f"{array}_out", value.text)
+
+    def advance(self, array: str) -> str:
+        return f"{entering(array)} = {array}_out;"
 
     def store(self, array: str, index: str, value: Text, add: bool) -> str:
         if self.kinds[array] == "output":

@@ -12,7 +12,6 @@ from eomgen.ir.statements import Indices, statements
 from eomgen.model import Model
 
 RUNTIME = Path(__file__).parent / "runtime" / "_gufunc.py"
-PRINTER = NumPyPrinter()
 VALUE_BYTES = 1 << 25  # of a block: about half of the nodes get a name, and live as long as the call
 RESULT_BYTES = 1 << 22  # of a block; its columns are written one by one, so it should stay in the cache
 SMALLEST, LARGEST = 64, 4096  # states per block
@@ -62,12 +61,13 @@ def _block_size(program: Program) -> int:
 
 def _routine(program: Program, name: str, arguments: str, steps: tuple[Step, ...], result: str) -> str:
     """One Python function; its result is the list of the elements of `result`."""
-    role = "constants" if result == "c" else "work"
-    lines = [f"{array.name} = [0.0] * {array.size}" for array in program.scratch if array.role == role]
+    roles = ("constants",) if result == "c" else ("work", "carried")
+    lines = [f"{array.name} = [0.0] * {array.size}" for array in program.scratch if array.role in roles]
+    printer = NumPyPrinter({array.name for array in program.scratch if array.role == "carried"})
     if result == "out":
         lines.append(f"out = [0.0] * {program.output.size}")
     for step in steps:
-        lines += _step(step)
+        lines += _step(step, printer)
     names = [array.name for array in program.scratch if array.role == "constants"]
     returned = "out" if result == "out" else f"({', '.join(names)},)"
     unpacked = f"{', '.join(names)}, = c" if names and result == "out" else ""
@@ -76,28 +76,30 @@ def _routine(program: Program, name: str, arguments: str, steps: tuple[Step, ...
     return template.ROUTINE.format(name=name, arguments=arguments, body=text)
 
 
-def _step(step: Step) -> list[str]:
+def _step(step: Step, printer: NumPyPrinter) -> list[str]:
     """The lines of a block, or of several that take turns, with the loop around them."""
     if isinstance(step, Turns):
         found: list[str] = []
         lines = [f"done = [0] * {len(step.parts)}", f"for turn in {step.order!r}:", "    k = done[turn]"]
         lines.append("    done[turn] += 1")
         for number, block in enumerate(step.parts):
-            tables, body = _body(block, f"_{number}")
+            tables, body = _body(block, printer, f"_{number}")
             found += tables
             lines.append(f"    {'el' if number else ''}if turn == {number}:  # {block.title}")
             lines += [f"        {line}" for line in body]
         return [f"# {step.title}", *found, *lines]
-    tables, body = _body(step)
+    tables, body = _body(step, printer)
     if step.looped:
         body = [f"for k in range({step.count}):", *(f"    {line}" for line in body)]
     return [f"# {step.title}", *tables, *body]
 
 
-def _body(block: Block, suffix: str = "") -> tuple[list[str], list[str]]:
+def _body(block: Block, printer: NumPyPrinter, suffix: str = "") -> tuple[list[str], list[str]]:
     """The tables of indices of a block, and its lines for one iteration."""
     indices = Indices(block, suffix)
-    lines, texts = statements(block, PRINTER, indices.of)
+    lines, texts = statements(block, printer, indices.of)
+    entering = sorted({place.array for place in block.loads.values()} & printer.carried)
+    lines = [*(f"{printer.load(array, '0')} = {array}[0]" for array in entering), *lines]
     for store in block.stores:
         target = f"{store.place.array}[{indices.at(store.place)}]"
         value = texts[store.node].text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
 from fractions import Fraction
 
 from eomgen.ir.expr import Node
@@ -9,11 +10,20 @@ from eomgen.ir.statements import Sine, Text, decimal, infix
 
 
 class NumPyPrinter:
-    """The rules of Python with an array namespace xp."""
+    """The rules of Python with an array namespace xp.
+
+    Args:
+        carried: the arrays that carry a value on; what is loaded of them stands in variables of the block.
+    """
 
     sines, together = 1, False
 
+    def __init__(self, carried: Set[str] = frozenset()) -> None:
+        self.carried = carried
+
     def load(self, array: str, index: str) -> str:
+        if array in self.carried:
+            return f"{array}_in"
         return f"{array}[{index}]"
 
     def named(self, name: str) -> str:

@@ -559,34 +559,36 @@ EOM_DEFINE_SINCOS2(f32v)
  *
  * eom_pivot_inverse_T(d, ref): 1/d where d > 16 EPS ref + MIN (EPS: of the type, 2^-52 for double; MIN: its least normal
  * number, below which digits are lost), ref being the size of the terms that d was computed from; elsewhere, and where d
- * or ref is NaN, NaN with the flag `invalid`, which 0/0 raises.
+ * or ref is NaN, NaN with the flag `invalid`. The test is (d - MIN) / (16 EPS) > ref, which one fma and a comparison
+ * decide: the factor is a power of two.
  */
+
+#define EOM_SAFELY_POSITIVE(FMA, SET, d, ref, EPS, MIN) (FMA(d, SET(1 / (16 * EPS)), SET(-MIN / (16 * EPS))) > ref)
 
 /* volatile: no compiler may know the quotient beforehand. */
 #define EOM_DEFINE_PIVOT_SCALAR(T, EPS, MIN)                                                                          \
     EOM_INLINE eom_##T eom_pivot_inverse_##T(eom_##T d, eom_##T ref)                                                  \
     {                                                                                                                 \
-        if (__builtin_expect(d > 16 * EPS * ref + MIN, 1)) return 1 / d;                                              \
+        if (__builtin_expect(EOM_SAFELY_POSITIVE(eom_fma_##T, (eom_##T), d, ref, EPS, MIN), 1)) return 1 / d;         \
         volatile eom_##T zero = 0;                                                                                    \
         return zero / zero;                                                                                           \
     }
 
-/* (1 & mask) / (d & mask), the mask being all ones in the good lanes. */
-#define EOM_DEFINE_PIVOT_VECTOR(T, I, EPS, MIN)                                                                       \
+/* In the other lanes a signalling NaN stands for d: what is divided by it is NaN and raises the flag. */
+#define EOM_DEFINE_PIVOT_VECTOR(T, I, EACH, NAN, EPS, MIN)                                                            \
     EOM_INLINE eom_##T eom_pivot_inverse_##T(eom_##T d, eom_##T ref)                                                  \
     {                                                                                                                 \
-        I good = (I)(d > eom_set_##T(16 * EPS) * ref + eom_set_##T(MIN));                                             \
-        eom_##T numerator = (eom_##T)((I)eom_set_##T(1) & good);                                                      \
-        eom_##T denominator = (eom_##T)((I)d & good);                                                                 \
-        EOM_OPAQUE(denominator);                                                                                      \
-        return numerator / denominator;                                                                               \
+        I good = (I)EOM_SAFELY_POSITIVE(eom_fma_##T, eom_set_##T, d, ref, EPS, MIN);                                  \
+        eom_##T divisor = (eom_##T)(((I)d & good) | ((I)EACH(NAN) & ~good));                                          \
+        EOM_OPAQUE(divisor);                                                                                          \
+        return eom_set_##T(1) / divisor;                                                                              \
     }
 
 EOM_DEFINE_PIVOT_SCALAR(f64, __DBL_EPSILON__, __DBL_MIN__)
 EOM_DEFINE_PIVOT_SCALAR(f32, __FLT_EPSILON__, __FLT_MIN__)
 EOM_DEFINE_PIVOT_SCALAR(f80, __LDBL_EPSILON__, __LDBL_MIN__)
-EOM_DEFINE_PIVOT_VECTOR(f64v, eom_i64v, __DBL_EPSILON__, __DBL_MIN__)
-EOM_DEFINE_PIVOT_VECTOR(f32v, eom_i32v, __FLT_EPSILON__, __FLT_MIN__)
+EOM_DEFINE_PIVOT_VECTOR(f64v, eom_i64v, EOM_EACH_F64, 0x7ff4000000000000LL, __DBL_EPSILON__, __DBL_MIN__)
+EOM_DEFINE_PIVOT_VECTOR(f32v, eom_i32v, EOM_EACH_F32, 0x7fa00000, __FLT_EPSILON__, __FLT_MIN__)
 
 
 /* ---- 7. Functions ------------------------------------------------------------------------------------------------

@@ -86,7 +86,7 @@ const eom_function eom_functions[] = {
     {"forward_dynamics", "(8),(8),(8),(25)->(8)",
      "forward_dynamics(q, v, u, p)\n\naccelerations a of M a + h = Q(u).",
      "(8),(8),(t,8),(25),(),()->(t,8),(t,8)",
-     3, 1, forward_dynamics_rows, forward_dynamics_columns, 15, 34, 2,
+     3, 1, forward_dynamics_rows, forward_dynamics_columns, 15, 19, 2,
      {EOM_CAST(forward_dynamics_constants_f64), EOM_CAST(forward_dynamics_f64), EOM_CAST(forward_dynamics_f64v)}, {0, 0, 0}, {0, 0, 0}},
     {"mass_matrix", "(8),(25)->(8,8)",
      "mass_matrix(q, p)\n\nmass matrix M.",
@@ -96,7 +96,7 @@ const eom_function eom_functions[] = {
     {"energy", "(8),(8),(25)->(2)",
      "energy(q, v, p)\n\nkinetic and potential energy, J.",
      0,
-     2, 1, energy_rows, energy_columns, 11, 20, 1,
+     2, 1, energy_rows, energy_columns, 11, 11, 1,
      {EOM_CAST(energy_constants_f64), EOM_CAST(energy_f64), EOM_CAST(energy_f64v)}, {0, 0, 0}, {0, 0, 0}},
 };
 const int eom_function_count = sizeof eom_functions / sizeof eom_functions[0];
@@ -109,7 +109,7 @@ const double chain4_p[25] = {
 void chain4_forward_dynamics(const double *q, const double *v, const double *u, const double *p, double *out)
 {
     const double *in[] = {q, v, u};
-    double c[15], work[34];
+    double c[15], work[19];
     forward_dynamics_constants_f64(p, (void *)c);
     forward_dynamics_f64(in, 0, p, (void *)c, out, (void *)work);
 }
@@ -139,7 +139,7 @@ void chain4_mass_matrix_batch(size_t states, const double *q, const double *p, d
 void chain4_energy(const double *q, const double *v, const double *p, double *out)
 {
     const double *in[] = {q, v};
-    double c[11], work[20];
+    double c[11], work[11];
     energy_constants_f64(p, (void *)c);
     energy_f64(in, 0, p, (void *)c, out, (void *)work);
 }

@@ -88,18 +88,19 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_1)(con
 {
     /* constants of link4, tips to root */
     scalar *const inertia_p_up = c + 7;
-    pack t0; EACH t0[h] = p[22] - p[21];
-    pack t1; EACH t1[h] = p[23] - p[21];
-    pack t2; EACH t2[h] = p[23] - p[22];
-    pack t3; EACH t3[h] = p[18] * p[21];
-    pack t4; EACH t4[h] = p[19] * p[22];
-    pack t5; EACH t5[h] = p[20] * p[23];
-    pack t6; EACH t6[h] = FMA(p[23], t5[h], FMA(p[21], t3[h], p[22] * t4[h]));
-    pack t7; EACH t7[h] = t6[h] * t6[h];
-    pack t8; EACH t8[h] = PIVOT_INVERSE(t7[h], t7[h]);
-    pack t9; EACH t9[h] = t6[h] * t8[h];
-    EACH inertia_p_up[2] = FMA(p[19] * p[20], (t2[h] * t2[h]), FMA(p[18] * p[19], (t0[h] * t0[h]), p[18] * p[20] * (t1[h] * t1[h]))) * t9[h];
-    EACH c[0] = (t3[h] + t4[h] + t5[h]) * t9[h];
+    pack t0; EACH t0[h] = p[18] * p[21];
+    pack t1; EACH t1[h] = p[19] * p[22];
+    pack t2; EACH t2[h] = p[20] * p[23];
+    pack t3; EACH t3[h] = FMA(p[23], t2[h], FMA(p[21], t0[h], p[22] * t1[h]));
+    pack t4; EACH t4[h] = t3[h] * t3[h];
+    pack t5; EACH t5[h] = PIVOT_INVERSE(t4[h], t4[h]);
+    pack t6; EACH t6[h] = t3[h] * t5[h];
+    pack t7; EACH t7[h] = p[22] - p[21];
+    pack t8; EACH t8[h] = p[23] - p[21];
+    pack t9; EACH t9[h] = p[23] - p[22];
+    pack t10; EACH t10[h] = t6[h] * (K(2.0) * FMA(p[19] * p[20], (t9[h] * t9[h]), FMA(p[18] * p[19], (t7[h] * t7[h]), p[18] * p[20] * (t8[h] * t8[h]))));
+    EACH inertia_p_up[2] = t10[h];
+    EACH c[0] = (t0[h] + t1[h] + t2[h]) * t6[h];
 }
 
 static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_2)(const scalar *p, scalar *restrict c)
@@ -112,22 +113,23 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_2)(con
         pack t0; EACH t0[h] = p[12 - 6 * k] * p[15 - 6 * k];
         pack t1; EACH t1[h] = p[13 - 6 * k] * p[16 - 6 * k];
         pack t2; EACH t2[h] = p[14 - 6 * k] * p[17 - 6 * k];
-        pack t3; EACH t3[h] = inertia_p_up[2 - k] + FMA(p[17 - 6 * k], t2[h], FMA(p[15 - 6 * k], t0[h], p[16 - 6 * k] * t1[h]));
-        pack t4; EACH t4[h] = t3[h] * t3[h];
-        pack t5; EACH t5[h] = PIVOT_INVERSE(t4[h], t4[h]);
-        pack t6; EACH t6[h] = t3[h] * t5[h];
-        pack t7; EACH t7[h] = p[16 - 6 * k] - p[15 - 6 * k];
-        pack t8; EACH t8[h] = p[17 - 6 * k] - p[15 - 6 * k];
-        pack t9; EACH t9[h] = p[17 - 6 * k] - p[16 - 6 * k];
-        pack t10; EACH t10[h] = p[15 - 6 * k] - K(1.0);
-        pack t11; EACH t11[h] = p[16 - 6 * k] - K(1.0);
-        pack t12; EACH t12[h] = p[17 - 6 * k] - K(1.0);
-        pack t13; EACH t13[h] = FMA(inertia_p_up[2 - k], FMA(p[14 - 6 * k], (t12[h] * t12[h]), FMA(p[12 - 6 * k], (t10[h] * t10[h]), p[13 - 6 * k] * (t11[h] * t11[h]))), FMA(p[13 - 6 * k] * p[14 - 6 * k], (t9[h] * t9[h]), FMA(p[12 - 6 * k] * p[13 - 6 * k], (t7[h] * t7[h]), p[12 - 6 * k] * p[14 - 6 * k] * (t8[h] * t8[h]))));
-        pack t14; EACH t14[h] = t6[h] * (inertia_p_up[2 - k] + t0[h] + t1[h] + t2[h]);
-        EACH inertia_p_up[1 - k] = t6[h] * t13[h];
-        EACH kept0[1 - k] = t6[h];
-        EACH kept1[1 - k] = t14[h];
-        EACH c[1 + k] = t14[h];
+        pack t3; EACH t3[h] = K(0.5) * inertia_p_up[2 - k];
+        pack t4; EACH t4[h] = FMA(p[17 - 6 * k], t2[h], FMA(p[15 - 6 * k], t0[h], p[16 - 6 * k] * t1[h])) + t3[h];
+        pack t5; EACH t5[h] = t4[h] * t4[h];
+        pack t6; EACH t6[h] = PIVOT_INVERSE(t5[h], t5[h]);
+        pack t7; EACH t7[h] = t4[h] * t6[h];
+        pack t8; EACH t8[h] = p[16 - 6 * k] - p[15 - 6 * k];
+        pack t9; EACH t9[h] = p[17 - 6 * k] - p[15 - 6 * k];
+        pack t10; EACH t10[h] = p[17 - 6 * k] - p[16 - 6 * k];
+        pack t11; EACH t11[h] = p[15 - 6 * k] - K(1.0);
+        pack t12; EACH t12[h] = p[16 - 6 * k] - K(1.0);
+        pack t13; EACH t13[h] = p[17 - 6 * k] - K(1.0);
+        pack t14; EACH t14[h] = FMA(K(2.0), FMA(p[13 - 6 * k] * p[14 - 6 * k], (t10[h] * t10[h]), FMA(p[12 - 6 * k] * p[13 - 6 * k], (t8[h] * t8[h]), p[12 - 6 * k] * p[14 - 6 * k] * (t9[h] * t9[h]))), inertia_p_up[2 - k] * FMA(p[14 - 6 * k], (t13[h] * t13[h]), FMA(p[12 - 6 * k], (t11[h] * t11[h]), p[13 - 6 * k] * (t12[h] * t12[h]))));
+        pack t15; EACH t15[h] = t7[h] * (t0[h] + t1[h] + t2[h] + t3[h]);
+        EACH inertia_p_up[1 - k] = t7[h] * t14[h];
+        EACH kept0[1 - k] = t7[h];
+        EACH kept1[1 - k] = t15[h];
+        EACH c[1 + k] = t15[h];
     }
 }
 
@@ -138,12 +140,13 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_3)(con
     pack t0; EACH t0[h] = p[0] * p[3];
     pack t1; EACH t1[h] = p[1] * p[4];
     pack t2; EACH t2[h] = p[2] * p[5];
-    pack t3; EACH t3[h] = inertia_p_up[0] + FMA(p[5], t2[h], FMA(p[3], t0[h], p[4] * t1[h]));
-    pack t4; EACH t4[h] = t3[h] * t3[h];
-    pack t5; EACH t5[h] = PIVOT_INVERSE(t4[h], t4[h]);
-    pack t6; EACH t6[h] = t3[h] * t5[h];
-    EACH c[3] = t6[h];
-    EACH c[4] = t6[h] * (inertia_p_up[0] + t0[h] + t1[h] + t2[h]);
+    pack t3; EACH t3[h] = K(0.5) * inertia_p_up[0];
+    pack t4; EACH t4[h] = FMA(p[5], t2[h], FMA(p[3], t0[h], p[4] * t1[h])) + t3[h];
+    pack t5; EACH t5[h] = t4[h] * t4[h];
+    pack t6; EACH t6[h] = PIVOT_INVERSE(t5[h], t5[h]);
+    pack t7; EACH t7[h] = t4[h] * t6[h];
+    EACH c[3] = t7[h];
+    EACH c[4] = t7[h] * (t0[h] + t1[h] + t2[h] + t3[h]);
 }
 
 static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_4)(const scalar *p, scalar *restrict c)
@@ -176,12 +179,12 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_1)(const scalar 
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
     const scalar *const u = in[2]; EOM_PLACE(u, 2);
     pack *const force_u_up = work + 0;
-    pack *const force_n_up = work + 4;
-    pack *const torque_up = work + 8;
-    pack *const kept7 = work + 30;
-    pack *const kept8 = work + 31;
-    pack *const kept9 = work + 32;
-    pack *const kept10 = work + 33;
+    pack *const force_n_up = work + 1;
+    pack *const torque_up = work + 2;
+    pack *const kept7 = work + 15;
+    pack *const kept8 = work + 16;
+    pack *const kept9 = work + 17;
+    pack *const kept10 = work + 18;
     EOM_FETCH(u, 7);
     pack t0; EACH t0[h] = EOM_AT(u, 7)[h] * c[0];
     EOM_FETCH(q, 3);
@@ -194,9 +197,9 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_1)(const scalar 
     EOM_FETCH(u, 3);
     pack t5; EACH t5[h] = EOM_AT(u, 3)[h] * t4[h];
     pack t6; EACH t6[h] = c[0] * t5[h];
-    EACH force_u_up[2][h] = FMA(t0[h], c1[h], -(t6[h] * s1[h]));
-    EACH force_n_up[2][h] = FMA(t0[h], s1[h], t6[h] * c1[h]);
-    EACH torque_up[2][h] = EOM_AT(u, 3)[h];
+    EACH force_u_up[0][h] = FMA(t0[h], c1[h], -(t6[h] * s1[h]));
+    EACH force_n_up[0][h] = FMA(t0[h], s1[h], t6[h] * c1[h]);
+    EACH torque_up[0][h] = EOM_AT(u, 3)[h];
     EACH kept7[0][h] = t4[h];
     EACH kept8[0][h] = t5[h];
     EACH kept9[0][h] = c1[h];
@@ -209,36 +212,45 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_2)(const scalar 
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
     const scalar *const u = in[2]; EOM_PLACE(u, 2);
     pack *const force_u_up = work + 0;
-    pack *const force_n_up = work + 4;
-    pack *const torque_up = work + 8;
-    pack *const kept2 = work + 20;
-    pack *const kept3 = work + 22;
-    pack *const kept4 = work + 24;
-    pack *const kept5 = work + 26;
-    pack *const kept6 = work + 28;
+    pack *const force_n_up = work + 1;
+    pack *const torque_up = work + 2;
+    pack *const kept2 = work + 5;
+    pack *const kept3 = work + 7;
+    pack *const kept4 = work + 9;
+    pack *const kept5 = work + 11;
+    pack *const kept6 = work + 13;
+    pack force_u_up_in; EACH force_u_up_in[h] = force_u_up[0][h];
+    pack force_n_up_in; EACH force_n_up_in[h] = force_n_up[0][h];
+    pack torque_up_in; EACH torque_up_in[h] = torque_up[0][h];
     for (int k = 0; k < 2; k++) {
         EOM_FETCH(q, 2 - k);
         EOM_FETCH(q, 1 - k);
         pack s0, c0; EACH SINCOS(EOM_AT(q, 2 - k)[h] - EOM_AT(q, 1 - k)[h], &s0[h], &c0[h]);
         EOM_FETCH(u, 6 - k);
-        pack t1; EACH t1[h] = EOM_AT(u, 6 - k)[h] - force_u_up[2 - k][h];
-        pack t2; EACH t2[h] = FMA(c[1 + k], t1[h], force_u_up[2 - k][h]);
+        pack t1; EACH t1[h] = EOM_AT(u, 6 - k)[h] - force_u_up_in[h];
+        pack t2; EACH t2[h] = FMA(c[1 + k], t1[h], force_u_up_in[h]);
         EOM_FETCH(q, 6 - k);
         pack t3; EACH t3[h] = EOM_AT(q, 6 - k)[h] * EOM_AT(q, 6 - k)[h];
         pack t4; EACH t4[h] = PIVOT_INVERSE(t3[h], t3[h]);
         pack t5; EACH t5[h] = EOM_AT(q, 6 - k)[h] * t4[h];
         EOM_FETCH(u, 2 - k);
-        pack t6; EACH t6[h] = FMA(t5[h], (EOM_AT(u, 2 - k)[h] - torque_up[2 - k][h]), -force_n_up[2 - k][h]);
-        pack t7; EACH t7[h] = FMA(c[1 + k], t6[h], force_n_up[2 - k][h]);
-        EACH force_u_up[1 - k][h] = FMA(c0[h], t2[h], -(s0[h] * t7[h]));
-        EACH force_n_up[1 - k][h] = FMA(s0[h], t2[h], c0[h] * t7[h]);
-        EACH torque_up[1 - k][h] = EOM_AT(u, 2 - k)[h];
+        pack t6; EACH t6[h] = FMA(t5[h], (EOM_AT(u, 2 - k)[h] - torque_up_in[h]), -force_n_up_in[h]);
+        pack t7; EACH t7[h] = FMA(c[1 + k], t6[h], force_n_up_in[h]);
+        pack force_u_up_out; EACH force_u_up_out[h] = FMA(c0[h], t2[h], -(s0[h] * t7[h]));
+        pack force_n_up_out; EACH force_n_up_out[h] = FMA(s0[h], t2[h], c0[h] * t7[h]);
+        pack torque_up_out; EACH torque_up_out[h] = EOM_AT(u, 2 - k)[h];
         EACH kept2[1 - k][h] = t5[h];
         EACH kept3[1 - k][h] = t1[h];
         EACH kept4[1 - k][h] = t6[h];
         EACH kept5[1 - k][h] = c0[h];
         EACH kept6[1 - k][h] = s0[h];
+        EACH force_u_up_in[h] = force_u_up_out[h];
+        EACH force_n_up_in[h] = force_n_up_out[h];
+        EACH torque_up_in[h] = torque_up_out[h];
     }
+    EACH force_u_up[0][h] = force_u_up_in[h];
+    EACH force_n_up[0][h] = force_n_up_in[h];
+    EACH torque_up[0][h] = torque_up_in[h];
 }
 
 static __attribute__((noinline)) void EOM_NAME(forward_dynamics_3)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
@@ -249,22 +261,25 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_3)(const scalar 
     const scalar *const u = in[2]; EOM_PLACE(u, 2);
     EOM_PLACE(out, 3);
     pack *const force_u_up = work + 0;
-    pack *const force_n_up = work + 4;
-    pack *const torque_up = work + 8;
-    pack *const acceleration_u_down1 = work + 12;
-    pack *const acceleration_n_down1 = work + 16;
+    pack *const force_n_up = work + 1;
+    pack *const torque_up = work + 2;
+    pack *const acceleration_u_down1 = work + 3;
+    pack *const acceleration_n_down1 = work + 4;
+    pack force_u_up_in; EACH force_u_up_in[h] = force_u_up[0][h];
+    pack force_n_up_in; EACH force_n_up_in[h] = force_n_up[0][h];
+    pack torque_up_in; EACH torque_up_in[h] = torque_up[0][h];
     EOM_FETCH(q, 0);
     pack s0, c0; EACH SINCOS(EOM_AT(q, 0)[h], &s0[h], &c0[h]);
     pack t1; EACH t1[h] = p[24] * s0[h];
     EOM_FETCH(u, 4);
-    pack t2; EACH t2[h] = FMA(c[3], (EOM_AT(u, 4)[h] - force_u_up[0][h]), -(c[4] * t1[h]));
+    pack t2; EACH t2[h] = FMA(c[3], (EOM_AT(u, 4)[h] - force_u_up_in[h]), -(c[4] * t1[h]));
     pack t3; EACH t3[h] = p[24] * c0[h];
     EOM_FETCH(q, 4);
     pack t4; EACH t4[h] = EOM_AT(q, 4)[h] * EOM_AT(q, 4)[h];
     pack t5; EACH t5[h] = PIVOT_INVERSE(t4[h], t4[h]);
     pack t6; EACH t6[h] = EOM_AT(q, 4)[h] * t5[h];
     EOM_FETCH(u, 0);
-    pack t7; EACH t7[h] = FMA(c[3], FMA(t6[h], (EOM_AT(u, 0)[h] - torque_up[0][h]), -force_n_up[0][h]), -(c[4] * t3[h]));
+    pack t7; EACH t7[h] = FMA(c[3], FMA(t6[h], (EOM_AT(u, 0)[h] - torque_up_in[h]), -force_n_up_in[h]), -(c[4] * t3[h]));
     EACH acceleration_u_down1[0][h] = t1[h] + t2[h];
     EACH acceleration_n_down1[0][h] = t3[h] + t7[h];
     EOM_FETCH(out, 0);
@@ -281,22 +296,24 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_4)(const scalar 
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
     const scalar *const v = in[1]; EOM_PLACE(v, 1);
     EOM_PLACE(out, 3);
-    pack *const acceleration_u_down1 = work + 12;
-    pack *const acceleration_n_down1 = work + 16;
+    pack *const acceleration_u_down1 = work + 3;
+    pack *const acceleration_n_down1 = work + 4;
     const scalar *const kept0 = c + 11;
     const scalar *const kept1 = c + 13;
-    pack *const kept2 = work + 20;
-    pack *const kept3 = work + 22;
-    pack *const kept4 = work + 24;
-    pack *const kept5 = work + 26;
-    pack *const kept6 = work + 28;
+    pack *const kept2 = work + 5;
+    pack *const kept3 = work + 7;
+    pack *const kept4 = work + 9;
+    pack *const kept5 = work + 11;
+    pack *const kept6 = work + 13;
+    pack acceleration_u_down1_in; EACH acceleration_u_down1_in[h] = acceleration_u_down1[0][h];
+    pack acceleration_n_down1_in; EACH acceleration_n_down1_in[h] = acceleration_n_down1[0][h];
     for (int k = 0; k < 2; k++) {
-        pack t0; EACH t0[h] = FMA(kept5[k][h], acceleration_u_down1[k][h], kept6[k][h] * acceleration_n_down1[k][h]);
+        pack t0; EACH t0[h] = FMA(kept5[k][h], acceleration_u_down1_in[h], kept6[k][h] * acceleration_n_down1_in[h]);
         pack t1; EACH t1[h] = FMA(kept0[k], kept3[k][h], -(kept1[k] * t0[h]));
-        pack t2; EACH t2[h] = FMA(kept5[k][h], acceleration_n_down1[k][h], -(kept6[k][h] * acceleration_u_down1[k][h]));
+        pack t2; EACH t2[h] = FMA(kept5[k][h], acceleration_n_down1_in[h], -(kept6[k][h] * acceleration_u_down1_in[h]));
         pack t3; EACH t3[h] = FMA(kept0[k], kept4[k][h], -(kept1[k] * t2[h]));
-        EACH acceleration_u_down1[1 + k][h] = t0[h] + t1[h];
-        EACH acceleration_n_down1[1 + k][h] = t2[h] + t3[h];
+        pack acceleration_u_down1_out; EACH acceleration_u_down1_out[h] = t0[h] + t1[h];
+        pack acceleration_n_down1_out; EACH acceleration_n_down1_out[h] = t2[h] + t3[h];
         EOM_FETCH(out, 1 + k);
         EOM_FETCH(v, 1 + k);
         EOM_FETCH(v, 5 + k);
@@ -304,7 +321,11 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_4)(const scalar 
         EOM_FETCH(out, 5 + k);
         EOM_FETCH(q, 5 + k);
         EACH EOM_AT(out, 5 + k)[h] = FMA(EOM_AT(q, 5 + k)[h] * kept2[k][h], (EOM_AT(q, 5 + k)[h] * (EOM_AT(v, 1 + k)[h] * EOM_AT(v, 1 + k)[h])), t1[h]);
+        EACH acceleration_u_down1_in[h] = acceleration_u_down1_out[h];
+        EACH acceleration_n_down1_in[h] = acceleration_n_down1_out[h];
     }
+    EACH acceleration_u_down1[0][h] = acceleration_u_down1_in[h];
+    EACH acceleration_n_down1[0][h] = acceleration_n_down1_in[h];
 }
 
 static __attribute__((noinline)) void EOM_NAME(forward_dynamics_5)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
@@ -314,21 +335,23 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_5)(const scalar 
     const scalar *const v = in[1]; EOM_PLACE(v, 1);
     const scalar *const u = in[2]; EOM_PLACE(u, 2);
     EOM_PLACE(out, 3);
-    pack *const acceleration_u_down1 = work + 12;
-    pack *const acceleration_n_down1 = work + 16;
-    pack *const kept7 = work + 30;
-    pack *const kept8 = work + 31;
-    pack *const kept9 = work + 32;
-    pack *const kept10 = work + 33;
+    pack *const acceleration_u_down1 = work + 3;
+    pack *const acceleration_n_down1 = work + 4;
+    pack *const kept7 = work + 15;
+    pack *const kept8 = work + 16;
+    pack *const kept9 = work + 17;
+    pack *const kept10 = work + 18;
+    pack acceleration_u_down1_in; EACH acceleration_u_down1_in[h] = acceleration_u_down1[0][h];
+    pack acceleration_n_down1_in; EACH acceleration_n_down1_in[h] = acceleration_n_down1[0][h];
     EOM_FETCH(v, 3);
     EOM_FETCH(v, 7);
-    pack t0; EACH t0[h] = kept7[0][h] * FMA(-K(2.0), (EOM_AT(v, 3)[h] * EOM_AT(v, 7)[h]), FMA(c[5], kept8[0][h], -(c[6] * FMA(kept9[0][h], acceleration_n_down1[2][h], -(kept10[0][h] * acceleration_u_down1[2][h])))));
+    pack t0; EACH t0[h] = kept7[0][h] * FMA(-K(2.0), (EOM_AT(v, 3)[h] * EOM_AT(v, 7)[h]), FMA(c[5], kept8[0][h], -(c[6] * FMA(kept9[0][h], acceleration_n_down1_in[h], -(kept10[0][h] * acceleration_u_down1_in[h])))));
     EOM_FETCH(out, 3);
     EACH EOM_AT(out, 3)[h] = t0[h];
     EOM_FETCH(out, 7);
     EOM_FETCH(q, 7);
     EOM_FETCH(u, 7);
-    EACH EOM_AT(out, 7)[h] = FMA(EOM_AT(q, 7)[h] * kept7[0][h], (EOM_AT(q, 7)[h] * (EOM_AT(v, 3)[h] * EOM_AT(v, 3)[h])), FMA(EOM_AT(u, 7)[h], c[5], -(c[6] * FMA(kept9[0][h], acceleration_u_down1[2][h], kept10[0][h] * acceleration_n_down1[2][h]))));
+    EACH EOM_AT(out, 7)[h] = FMA(EOM_AT(q, 7)[h] * kept7[0][h], (EOM_AT(q, 7)[h] * (EOM_AT(v, 3)[h] * EOM_AT(v, 3)[h])), FMA(EOM_AT(u, 7)[h], c[5], -(c[6] * FMA(kept9[0][h], acceleration_u_down1_in[h], kept10[0][h] * acceleration_n_down1_in[h]))));
 }
 
 EOM_LINKAGE void EOM_NAME(forward_dynamics)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
@@ -596,8 +619,8 @@ static __attribute__((noinline)) void EOM_NAME(energy_2)(const scalar *const *in
     const scalar *const v = in[1]; EOM_PLACE(v, 1);
     pack *const sum = work + 0;
     pack *const height_down = work + 8;
-    pack *const velocity_x_down = work + 12;
-    pack *const velocity_y_down = work + 16;
+    pack *const velocity_x_down = work + 9;
+    pack *const velocity_y_down = work + 10;
     EOM_FETCH(q, 0);
     pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s0[h], &c0[h]);
     EOM_FETCH(v, 0);
@@ -619,8 +642,11 @@ static __attribute__((noinline)) void EOM_NAME(energy_3)(const scalar *const *in
     const scalar *const v = in[1]; EOM_PLACE(v, 1);
     pack *const sum = work + 0;
     pack *const height_down = work + 8;
-    pack *const velocity_x_down = work + 12;
-    pack *const velocity_y_down = work + 16;
+    pack *const velocity_x_down = work + 9;
+    pack *const velocity_y_down = work + 10;
+    pack height_down_in; EACH height_down_in[h] = height_down[0][h];
+    pack velocity_x_down_in; EACH velocity_x_down_in[h] = velocity_x_down[0][h];
+    pack velocity_y_down_in; EACH velocity_y_down_in[h] = velocity_y_down[0][h];
     for (int k = 0; k < 2; k++) {
         EOM_FETCH(q, 1 + k);
         pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 1 + k)[h], &s0[h], &c0[h]);
@@ -628,14 +654,20 @@ static __attribute__((noinline)) void EOM_NAME(energy_3)(const scalar *const *in
         EOM_FETCH(q, 5 + k);
         pack t1; EACH t1[h] = EOM_AT(v, 1 + k)[h] * EOM_AT(q, 5 + k)[h];
         EOM_FETCH(v, 5 + k);
-        pack t2; EACH t2[h] = FMA(EOM_AT(v, 5 + k)[h], (EOM_AT(v, 5 + k)[h] * c[4 + k]), FMA(c[6 + k], FMA(velocity_x_down[k][h], velocity_x_down[k][h], velocity_y_down[k][h] * velocity_y_down[k][h]), EOM_AT(v, 1 + k)[h] * (EOM_AT(v, 1 + k)[h] * (EOM_AT(q, 5 + k)[h] * (EOM_AT(q, 5 + k)[h] * c[4 + k])))));
+        pack t2; EACH t2[h] = FMA(EOM_AT(v, 5 + k)[h], (EOM_AT(v, 5 + k)[h] * c[4 + k]), FMA(c[6 + k], FMA(velocity_x_down_in[h], velocity_x_down_in[h], velocity_y_down_in[h] * velocity_y_down_in[h]), EOM_AT(v, 1 + k)[h] * (EOM_AT(v, 1 + k)[h] * (EOM_AT(q, 5 + k)[h] * (EOM_AT(q, 5 + k)[h] * c[4 + k])))));
         pack t3; EACH t3[h] = EOM_AT(q, 5 + k)[h] * c[2 + k];
-        EACH height_down[1 + k][h] = FMA(EOM_AT(q, 5 + k)[h], s0[h], height_down[k][h]);
-        EACH velocity_x_down[1 + k][h] = FMA(-s0[h], t1[h], FMA(EOM_AT(v, 5 + k)[h], c0[h], velocity_x_down[k][h]));
-        EACH velocity_y_down[1 + k][h] = FMA(c0[h], t1[h], FMA(EOM_AT(v, 5 + k)[h], s0[h], velocity_y_down[k][h]));
-        EACH sum[0][h] += FMA(FMA(velocity_x_down[k][h], c0[h], velocity_y_down[k][h] * s0[h]), (EOM_AT(v, 5 + k)[h] * c[2 + k]), FMA(K(0.5), t2[h], FMA(velocity_y_down[k][h], c0[h], -(velocity_x_down[k][h] * s0[h])) * (EOM_AT(v, 1 + k)[h] * t3[h])));
-        EACH sum[1][h] += p[24] * FMA(height_down[k][h], c[6 + k], s0[h] * t3[h]);
+        pack height_down_out; EACH height_down_out[h] = FMA(EOM_AT(q, 5 + k)[h], s0[h], height_down_in[h]);
+        pack velocity_x_down_out; EACH velocity_x_down_out[h] = FMA(-s0[h], t1[h], FMA(EOM_AT(v, 5 + k)[h], c0[h], velocity_x_down_in[h]));
+        pack velocity_y_down_out; EACH velocity_y_down_out[h] = FMA(c0[h], t1[h], FMA(EOM_AT(v, 5 + k)[h], s0[h], velocity_y_down_in[h]));
+        EACH sum[0][h] += FMA(FMA(velocity_x_down_in[h], c0[h], velocity_y_down_in[h] * s0[h]), (EOM_AT(v, 5 + k)[h] * c[2 + k]), FMA(K(0.5), t2[h], FMA(velocity_y_down_in[h], c0[h], -(velocity_x_down_in[h] * s0[h])) * (EOM_AT(v, 1 + k)[h] * t3[h])));
+        EACH sum[1][h] += p[24] * FMA(height_down_in[h], c[6 + k], s0[h] * t3[h]);
+        EACH height_down_in[h] = height_down_out[h];
+        EACH velocity_x_down_in[h] = velocity_x_down_out[h];
+        EACH velocity_y_down_in[h] = velocity_y_down_out[h];
     }
+    EACH height_down[0][h] = height_down_in[h];
+    EACH velocity_x_down[0][h] = velocity_x_down_in[h];
+    EACH velocity_y_down[0][h] = velocity_y_down_in[h];
 }
 
 static __attribute__((noinline)) void EOM_NAME(energy_4)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
@@ -645,17 +677,20 @@ static __attribute__((noinline)) void EOM_NAME(energy_4)(const scalar *const *in
     const scalar *const v = in[1]; EOM_PLACE(v, 1);
     pack *const sum = work + 0;
     pack *const height_down = work + 8;
-    pack *const velocity_x_down = work + 12;
-    pack *const velocity_y_down = work + 16;
+    pack *const velocity_x_down = work + 9;
+    pack *const velocity_y_down = work + 10;
+    pack height_down_in; EACH height_down_in[h] = height_down[0][h];
+    pack velocity_x_down_in; EACH velocity_x_down_in[h] = velocity_x_down[0][h];
+    pack velocity_y_down_in; EACH velocity_y_down_in[h] = velocity_y_down[0][h];
     EOM_FETCH(v, 7);
     EOM_FETCH(v, 3);
     EOM_FETCH(q, 7);
-    pack t0; EACH t0[h] = FMA(EOM_AT(v, 7)[h], (EOM_AT(v, 7)[h] * c[9]), FMA(c[10], FMA(velocity_x_down[2][h], velocity_x_down[2][h], velocity_y_down[2][h] * velocity_y_down[2][h]), EOM_AT(v, 3)[h] * (EOM_AT(v, 3)[h] * (EOM_AT(q, 7)[h] * (EOM_AT(q, 7)[h] * c[9])))));
+    pack t0; EACH t0[h] = FMA(EOM_AT(v, 7)[h], (EOM_AT(v, 7)[h] * c[9]), FMA(c[10], FMA(velocity_x_down_in[h], velocity_x_down_in[h], velocity_y_down_in[h] * velocity_y_down_in[h]), EOM_AT(v, 3)[h] * (EOM_AT(v, 3)[h] * (EOM_AT(q, 7)[h] * (EOM_AT(q, 7)[h] * c[9])))));
     EOM_FETCH(q, 3);
     pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 3)[h], &s1[h], &c1[h]);
     pack t2; EACH t2[h] = EOM_AT(q, 7)[h] * c[8];
-    EACH sum[0][h] += FMA(FMA(velocity_x_down[2][h], c1[h], velocity_y_down[2][h] * s1[h]), (EOM_AT(v, 7)[h] * c[8]), FMA(K(0.5), t0[h], FMA(velocity_y_down[2][h], c1[h], -(velocity_x_down[2][h] * s1[h])) * (EOM_AT(v, 3)[h] * t2[h])));
-    EACH sum[1][h] += p[24] * FMA(height_down[2][h], c[10], s1[h] * t2[h]);
+    EACH sum[0][h] += FMA(FMA(velocity_x_down_in[h], c1[h], velocity_y_down_in[h] * s1[h]), (EOM_AT(v, 7)[h] * c[8]), FMA(K(0.5), t0[h], FMA(velocity_y_down_in[h], c1[h], -(velocity_x_down_in[h] * s1[h])) * (EOM_AT(v, 3)[h] * t2[h])));
+    EACH sum[1][h] += p[24] * FMA(height_down_in[h], c[10], s1[h] * t2[h]);
 }
 
 static __attribute__((noinline)) void EOM_NAME(energy_5)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
