@@ -6,7 +6,7 @@ instead of one per link.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from dataclasses import replace
 
 from eomgen.ir.program import Block, Place, Program, Step, Turns, parts
@@ -15,33 +15,48 @@ from eomgen.ir.program import Block, Place, Program, Step, Turns, parts
 def run(program: Program) -> Program:
     """The program with its work arrays made as short as that."""
     carried = {array.name for array in program.scratch if array.role == "work" and array.size > 1}
-    carried -= {store.place.array for block in parts(program.blocks) for store in block.stores if store.add}
+    for block in parts(program.blocks):
+        carried -= {store.place.array for store in block.stores if store.add}
+        if block.inner is not None:
+            carried -= {place.array for place in _places(block)}
     last: dict[str, int] = {}
-    for array, index, stored in _accesses(program.blocks):
+    for place, index, stored in _accesses(program.blocks, carried):
         if stored:
-            last[array] = index
-        elif last.get(array) != index:
-            carried.discard(array)
+            last[place.array] = index
+        elif last.get(place.array) != index:
+            carried.discard(place.array)
     scratch = (replace(a, shape=(1,), role="carried") if a.name in carried else a for a in program.scratch)
 
-    def place(old: Place) -> Place:
+    def moved(old: Place) -> Place:
         return Place(old.array, (0,) * len(old.indices)) if old.array in carried else old
 
-    def block(old: Block) -> Block:
-        loads = {node: place(at) for node, at in old.loads.items()}
-        return replace(old, loads=loads, stores=tuple(replace(store, place=place(store.place)) for store in old.stores))
+    def changed(old: Block) -> Block:
+        loads = {node: moved(at) for node, at in old.loads.items()}
+        return replace(old, loads=loads, stores=tuple(replace(store, place=moved(store.place)) for store in old.stores))
 
     def step(old: Step) -> Step:
-        return replace(old, parts=tuple(map(block, old.parts))) if isinstance(old, Turns) else block(old)
+        return replace(old, parts=tuple(map(changed, old.parts))) if isinstance(old, Turns) else changed(old)
 
     return replace(program, blocks=tuple(map(step, program.blocks)), scratch=tuple(scratch))
 
 
-def _accesses(steps: tuple[Step, ...]) -> Iterator[tuple[str, int, bool]]:
-    """Array and index of everything read and stored, in order."""
+def _places(block: Block) -> list[Place]:
+    """What a block loads, then what it stores."""
+    return [*block.loads.values(), *(store.place for store in block.stores)]
+
+
+def _accesses(steps: tuple[Step, ...], arrays: Set[str]) -> Iterator[tuple[Place, int, bool]]:
+    """Where and at which index something of some arrays is read or stored, in order."""
     for step in steps:
-        for block, k, i in step.iterations():
-            for place in block.loads.values():
-                yield place.array, place.index(k, i), False
-            for store in block.stores:
-                yield store.place.array, store.place.index(k, i), True
+        accesses = {
+            id(block): [
+                (place, number >= len(block.loads))
+                for number, place in enumerate(_places(block))
+                if place.array in arrays
+            ]
+            for block in step.parts
+        }
+        if any(accesses.values()):
+            for block, k, _ in step.iterations():
+                for place, stored in accesses[id(block)]:
+                    yield place, place.indices[k], stored

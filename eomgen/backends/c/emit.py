@@ -76,19 +76,32 @@ def _routine(program: Program, name: str, steps: tuple[Step, ...], arithmetic: A
     """One C function; several blocks become functions of their own that it calls in order."""
     frame = template.CONSTANTS_PARAMETERS if constants else template.PARAMETERS
     parameters = frame.format(value=arithmetic.value, still=arithmetic.still)
+    arguments = "p, c" if constants else "in, places, p, c, out, work"
     pointers = _pointers(program, arithmetic, constants)
     printer = arithmetic.printer(_kinds(program), is_short(program))
-    bodies = [_step(step, printer) for step in steps]
-    if len(bodies) == 1:
-        only = _indent([*_used(pointers, bodies[0]), *bodies[0]])
-        return template.FUNCTION.format(name=name, parameters=parameters, body=only)
     pieces: list[str] = []
+
+    def add(frame: str, name: str, title: str, body: list[str], more: str = "") -> None:
+        comment = [f"/* {title} */"] if title else []
+        text = _indent([*comment, *_used(pointers, body), *body])
+        pieces.append(frame.format(name=name, parameters=parameters + more, body=text))
+
+    if len(steps) == 1 and isinstance(steps[0], Block):
+        add(template.FUNCTION, name, "", _block(steps[0], printer))
+        return "\n".join(pieces)
     calls: list[str] = []
-    for position, (step, body) in enumerate(zip(steps, bodies, strict=True), 1):
-        lines = _indent([f"/* {step.title} */", *_used(pointers, body), *body])
-        pieces.append(template.PART.format(name=f"{name}_{position}", parameters=parameters, body=lines))
-        calls.append(f"EOM_NAME({name}_{position})({'p, c' if constants else 'in, places, p, c, out, work'});")
-    return "\n".join([*pieces, template.FUNCTION.format(name=name, parameters=parameters, body=_indent(calls))])
+    for position, step in enumerate(steps, 1):
+        part = f"{name}_{position}"
+        if isinstance(step, Turns):
+            for number, block in enumerate(step.parts, 1):
+                tables, lines = _body(block, printer)
+                add(template.PART, f"{part}_{number}", block.title, [*tables, *lines], ", int k")
+            calls += _turns(step, part, parameters, arguments)
+        else:
+            add(template.PART, part, step.title, _block(step, printer))
+            calls.append(f"EOM_NAME({part})({arguments});")
+    add(template.FUNCTION, name, "", calls)
+    return "\n".join(pieces)
 
 
 def _kinds(program: Program) -> dict[str, Kind]:
@@ -120,26 +133,22 @@ def _pointers(program: Program, arithmetic: Arithmetic, constants: bool) -> dict
 
 
 def _used(pointers: dict[str, str], body: list[str]) -> list[str]:
-    text = "\n".join(body)
-    return [line for name, line in pointers.items() if re.search(rf"\b{name}\[|EOM_AT\({name},", text)]
+    named = {name for line in body for pair in re.findall(r"(\w+)\[|EOM_AT\((\w+),", line) for name in pair}
+    return [line for name, line in pointers.items() if name in named]
 
 
-def _step(step: Step, printer: CPrinter | HighPrinter) -> list[str]:
-    """The lines of a block, or of several that take turns, with the loop around them."""
-    if not isinstance(step, Turns):
-        return _block(step, printer)
-    cases: list[str] = []
-    for number, block in enumerate(step.parts):
-        tables, lines = _body(block, printer)
-        cases += [f"case {number}: {{ /* {block.title} */", *(f"    {line}" for line in (*tables, *lines)), "} break;"]
+def _turns(step: Turns, part: str, parameters: str, arguments: str) -> list[str]:
+    """The loop in which blocks take turns; each is a function of its own, as they may be many."""
+    numbers = range(1, len(step.parts) + 1)
     return [
-        f"static const short turns[] = {{{', '.join(map(str, step.order))}}};",
-        f"int done[{len(step.parts)}] = {{0}};",
-        f"for (int turn = 0; turn < {len(step.order)}; turn++) {{",
-        "    const int k = done[turns[turn]]++;",
-        "    switch (turns[turn]) {",
-        *(f"    {line}" for line in cases),
-        "    }",
+        f"{{ /* {step.title} */",
+        f"    static void (*const loops[])({parameters}, int k) = {{",
+        *(f"        EOM_NAME({part}_{number})," for number in numbers),
+        "    };",
+        f"    static const short turns[] = {{{', '.join(map(str, step.order))}}};",
+        f"    int done[{len(step.parts)}] = {{0}};",
+        f"    for (int turn = 0; turn < {len(step.order)}; turn++)",
+        f"        loops[turns[turn]]({arguments}, done[turns[turn]]++);",
         "}",
     ]
 
