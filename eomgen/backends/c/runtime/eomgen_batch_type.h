@@ -132,8 +132,8 @@ EOM_INLINE void FN(eom_load_rows)(const SCALAR *first, int n, intptr_t step, VEC
 {
     for (int h = 0; h < blocks; h++, first += EOM_WIDTH * step, to++) {
         int e = 0;
-        for (; e + 4 <= n; e += 4) eom_load_four_f64(first + e, step, to + e * streams, streams);
-        for (; e < n; e++) to[e * streams] = eom_load_column_f64(first + e, step);
+        EOM_UNROLLED for (; e + 4 <= n; e += 4) eom_load_four_f64(first + e, step, to + e * streams, streams);
+        EOM_UNROLLED for (; e < n; e++) to[e * streams] = eom_load_column_f64(first + e, step);
     }
 }
 
@@ -141,8 +141,8 @@ EOM_INLINE void FN(eom_store_rows)(SCALAR *first, int n, intptr_t step, const VE
 {
     for (int h = 0; h < blocks; h++, first += EOM_WIDTH * step, from++) {
         int e = 0;
-        for (; e + 4 <= n; e += 4) eom_store_four_f64(first + e, step, from + e * streams, streams);
-        for (; e < n; e++) {
+        EOM_UNROLLED for (; e + 4 <= n; e += 4) eom_store_four_f64(first + e, step, from + e * streams, streams);
+        EOM_UNROLLED for (; e < n; e++) {
             const SCALAR *column = (const SCALAR *)(from + e * streams);
             EOM_UNROLLED for (int lane = 0; lane < EOM_WIDTH; lane++) first[lane * step + e] = column[lane];
         }
@@ -152,6 +152,27 @@ EOM_INLINE void FN(eom_store_rows)(SCALAR *first, int n, intptr_t step, const VE
 static int FN(eom_has_rows)(const eom_operand *o)
 {
     return o->dense && o->step % (intptr_t)sizeof(SCALAR) == 0;
+}
+
+/* Few elements of two blocks, as forward dynamics of few links has: straight-line code for each number of them. */
+#define EOM_EACH_FEW(CASE) CASE(1) CASE(2) CASE(3) CASE(4) CASE(5) CASE(6) CASE(7) CASE(8) CASE(9) CASE(10)
+
+static int FN(eom_load_few)(const SCALAR *first, int n, intptr_t step, VECTOR *to)
+{
+    switch (n) {
+#define EOM_LOAD(n) case n: FN(eom_load_rows)(first, n, step, to, 2, 2); return 1;
+        EOM_EACH_FEW(EOM_LOAD)
+    }
+    return 0;
+}
+
+static int FN(eom_store_few)(SCALAR *first, int n, intptr_t step, const VECTOR *from)
+{
+    switch (n) {
+#define EOM_STORE(n) case n: FN(eom_store_rows)(first, n, step, from, 2, 2); return 1;
+        EOM_EACH_FEW(EOM_STORE)
+    }
+    return 0;
 }
 #endif
 
@@ -164,7 +185,9 @@ EOM_INLINE void FN(eom_load_blocks)(const eom_operand *o, const char *first, VEC
     }
 #ifdef EOM_ROWS
     if (FN(eom_has_rows)(o)) {
-        FN(eom_load_rows)((const SCALAR *)first, o->size, o->step / (intptr_t)sizeof(SCALAR), to, streams, blocks);
+        const intptr_t step = o->step / (intptr_t)sizeof(SCALAR);
+        if (blocks == 2 && FN(eom_load_few)((const SCALAR *)first, o->size, step, to)) return;
+        FN(eom_load_rows)((const SCALAR *)first, o->size, step, to, streams, blocks);
         return;
     }
 #endif
@@ -179,7 +202,9 @@ EOM_INLINE void FN(eom_store_blocks)(const eom_operand *o, char *first, const VE
     }
 #ifdef EOM_ROWS
     if (FN(eom_has_rows)(o)) {
-        FN(eom_store_rows)((SCALAR *)first, o->size, o->step / (intptr_t)sizeof(SCALAR), from, streams, blocks);
+        const intptr_t step = o->step / (intptr_t)sizeof(SCALAR);
+        if (blocks == 2 && FN(eom_store_few)((SCALAR *)first, o->size, step, from)) return;
+        FN(eom_store_rows)((SCALAR *)first, o->size, step, from, streams, blocks);
         return;
     }
 #endif
