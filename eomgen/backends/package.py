@@ -137,10 +137,13 @@ def package_files(model: Model) -> dict[str, str]:
 
 
 def rollout_signature(forward: Program) -> str:
-    """The signature of the ufuncs that integrate forward dynamics: u and w gain the axis of the intervals."""
+    """The signature of the ufuncs that integrate forward dynamics: u and w gain the axis of the intervals.
+
+    After the arguments come the step and a vector of options of the method.
+    """
     arguments = []
     for array in forward.inputs:
         shape = dimensions(array)
         arguments.append(f"(t,{shape[1:]}" if array.name in "uw" else shape)
     n = dimensions(forward.output)
-    return f"{','.join(arguments)},(),()->(t,{n[1:]},(t,{n[1:]}"
+    return f"{','.join(arguments)},(),(o)->(t,{n[1:]},(t,{n[1:]}"

@@ -44,6 +44,9 @@ cdef extern from "eomgen_model.h":
     void eom_rollout_euler_f64(char **, const Py_ssize_t *, const Py_ssize_t *, void *)
     void eom_rollout_euler_f32(char **, const Py_ssize_t *, const Py_ssize_t *, void *)
     void eom_rollout_euler_f80(char **, const Py_ssize_t *, const Py_ssize_t *, void *)
+    void eom_rollout_dop853_f64(char **, const Py_ssize_t *, const Py_ssize_t *, void *)
+    void eom_rollout_dop853_f32(char **, const Py_ssize_t *, const Py_ssize_t *, void *)
+    void eom_rollout_dop853_f80(char **, const Py_ssize_t *, const Py_ssize_t *, void *)
 
 
 cdef object register(const eom_function *f, const char *name, const char *doc, const char *signature, int nin, int nout,
@@ -91,4 +94,7 @@ for index in range(eom_function_count):
         functions["rollout_euler"] = register(
             f, "rollout_euler", "", f.rollout, nin + 2, 2,
             eom_rollout_euler_f32, eom_rollout_euler_f64, eom_rollout_euler_f80)
+        functions["rollout_dop853"] = register(
+            f, "rollout_dop853", "", f.rollout, nin + 2, 2,
+            eom_rollout_dop853_f32, eom_rollout_dop853_f64, eom_rollout_dop853_f80)
 globals().update(functions)

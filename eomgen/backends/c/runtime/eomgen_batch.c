@@ -8,6 +8,7 @@
 #include "eomgen_model.h"
 #include "eomgen_real.h"
 
+#include <fenv.h>
 #include <stdlib.h>
 #if EOM_LANES_F64 == 8
 #include <immintrin.h>
@@ -15,6 +16,9 @@
 
 enum { EOM_AHEAD = 64 }; /* states from those being used to those asked for, where lanes are adjacent */
 enum { EOM_MAX_INPUTS = 8, EOM_MAX_STREAMS = 4, EOM_STACK_BYTES = 16384 };
+enum { EOM_DOP853_ROWS = 13 }; /* twelve stages, and the end of a step */
+
+typedef enum { EOM_RK4, EOM_EULER, EOM_DOP853 } eom_method;
 
 /* An operand: `size` elements at the address of its state plus `offset` of each. */
 typedef struct {

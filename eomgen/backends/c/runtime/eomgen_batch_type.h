@@ -26,11 +26,17 @@ static void FN(eom_scatter)(const eom_operand *o, char *state, const SCALAR *fro
             *(SCALAR *)(state + i * o->row + j * o->column) = from[(i * o->columns + j) * spacing];
 }
 
+/* NaN, and the flag `invalid` is raised. */
+static SCALAR FN(eom_nan)(void)
+{
+    volatile SCALAR zero = 0;
+    return zero / zero;
+}
+
 /* No memory: every result is NaN, and the flag `invalid` is raised. */
 static void FN(eom_fail)(const eom_operand *o, intptr_t states)
 {
-    volatile SCALAR zero = 0;
-    SCALAR nan = zero / zero;
+    SCALAR nan = FN(eom_nan)();
     for (intptr_t state = 0; state < states; state++)
         for (int i = 0; i < o->rows; i++)
             for (int j = 0; j < o->columns; j++)
@@ -396,8 +402,9 @@ static void FN(eom_store_one)(const eom_operand *o, intptr_t state, int count, c
 #undef STORE
 #endif
 
-/* Arguments: q, v, u (t, nu), w (t, k, 3) if there is one, p, dt, steps per interval; results q, v (t, n). */
-static void FN(eom_rollout)(char **args, const intptr_t *dimensions, const intptr_t *steps, const eom_function *f, int euler)
+/* Arguments: q, v, u (t, nu), w (t, k, 3) if there is one, p, dt, options; results q, v (t, n). */
+static void FN(eom_rollout)(char **args, const intptr_t *dimensions, const intptr_t *steps, const eom_function *f,
+                            eom_method method)
 {
     const eom_kernels *kernels = &f->EOM_TYPE;
     intptr_t states = dimensions[0], intervals = dimensions[2];
@@ -417,15 +424,18 @@ static void FN(eom_rollout)(char **args, const intptr_t *dimensions, const intpt
         operand[i].dense = eom_is_dense(&operand[i], sizeof(SCALAR));
     }
     dt = (eom_operand){args[inputs + 1], steps[inputs + 1], 0, 0, 1, 1, 1, 0, 0};
-    intptr_t substeps = (intptr_t) * (SCALAR *)args[inputs + 2];
+    const SCALAR *options = (const SCALAR *)args[inputs + 2];
+    inner++; /* which are adjacent */
     for (int i = 0; i < 2; i++) {
         next[EOM_MAX_INPUTS + i] = *inner++;
         result[i] = (eom_operand){args[inputs + 3 + i], steps[inputs + 3 + i], *inner++, sizeof(SCALAR), n, 1, n, 0, 0};
         result[i].dense = eom_is_dense(&result[i], sizeof(SCALAR));
     }
     int fresh = p_operand->step != 0 && states > 1, streams = EOM_WIDTH > 1 ? f->streams : 1;
-    int lanes = EOM_WIDTH > 1 && kernels->lanes && !fresh && states > EOM_WIDTH / 2 ? streams * EOM_WIDTH : 1;
-    size_t each = (size_t)8 * n + f->rows[2] + 6 * k + f->work, bytes;
+    int side_by_side = EOM_WIDTH > 1 && kernels->lanes && !fresh && states > EOM_WIDTH / 2 && method != EOM_DOP853;
+    int lanes = side_by_side ? streams * EOM_WIDTH : 1, kept = method == EOM_DOP853 ? 2 * EOM_DOP853_ROWS : 4;
+    int raised = fetestexcept(FE_ALL_EXCEPT), lost = 0;
+    size_t each = (size_t)(4 + kept) * n + f->rows[2] + 6 * k + f->work, bytes;
     bytes = (each * lanes + f->constants + p_operand->size + 64) * sizeof(SCALAR);
     SCALAR *buffer = aligned_alloc(64, (bytes + 63) / 64 * 64);
     if (!buffer) {
@@ -448,33 +458,41 @@ static void FN(eom_rollout)(char **args, const intptr_t *dimensions, const intpt
     int m = (width);                                                                                                   \
     x.f = f, x.p = p_copy, x.c = c, x.n = n, x.k = k, x.streams = m;                                                   \
     x.q = at, x.v = x.q + n * m, x.stage_q = x.v + n * m, x.stage_v = x.stage_q + n * m;                               \
-    for (int i = 0; i < 4; i++) x.a[i] = x.stage_v + (i + 1) * n * m;                                                  \
-    x.u = x.a[3] + n * m, x.w = x.u + f->rows[2] * m, x.stage_w = x.w + 3 * k * m, x.work = x.stage_w + 3 * k * m;     \
+    x.a = x.stage_v + n * m, x.u = x.a + kept * n * m, x.w = x.u + f->rows[2] * m, x.stage_w = x.w + 3 * k * m, x.work = x.stage_w + 3 * k * m;     \
     for (int i = 0; i <= inputs; i++) x.places[i] = (eom_place){lanes, (uintptr_t)buffer}
 #if EOM_WIDTH > 1
         if (lanes > 1) {
             EOM_PASTE(FN(eom_trajectory), _lanes) x = {.kernel = kernels->lanes};
             EOM_LAY_OUT(VECTOR, streams);
-            EOM_PASTE(FN(eom_integrate), _lanes)(&x, operand, &dt, result, state, count, intervals, substeps, next, euler);
+            EOM_PASTE(FN(eom_integrate), _lanes)(&x, operand, &dt, result, state, count, intervals, next, method, options);
             continue;
         }
 #endif
         EOM_PASTE(FN(eom_trajectory), _one) x = {.kernel = kernels->one};
         EOM_LAY_OUT(SCALAR, 1);
-        EOM_PASTE(FN(eom_integrate), _one)(&x, operand, &dt, result, state, count, intervals, substeps, next, euler);
+        lost |= EOM_PASTE(FN(eom_integrate), _one)(&x, operand, &dt, result, state, count, intervals, next, method, options);
 #undef EOM_LAY_OUT
     }
     free(buffer);
+    if (method == EOM_DOP853) { /* steps that were tried and given up have raised what is true of no result */
+        feclearexcept(FE_ALL_EXCEPT);
+        feraiseexcept(raised | (lost ? FE_INVALID : 0));
+    }
 }
 
 void FN(eom_rollout_rk4)(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data)
 {
-    FN(eom_rollout)(args, dimensions, steps, data, 0);
+    FN(eom_rollout)(args, dimensions, steps, data, EOM_RK4);
 }
 
 void FN(eom_rollout_euler)(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data)
 {
-    FN(eom_rollout)(args, dimensions, steps, data, 1);
+    FN(eom_rollout)(args, dimensions, steps, data, EOM_EULER);
+}
+
+void FN(eom_rollout_dop853)(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data)
+{
+    FN(eom_rollout)(args, dimensions, steps, data, EOM_DOP853);
 }
 
 #undef SCALAR

@@ -55,12 +55,16 @@ void eom_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps
 void eom_loop_f32(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
 void eom_loop_f80(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
 
-/* The same for rollouts: fixed steps of Runge-Kutta or semi-implicit Euler; data is forward dynamics. */
+/* The same for rollouts; data is forward dynamics. The last argument is what the method needs: steps per interval, and for
+ * dop853 tolerances and coefficients. */
 void eom_rollout_rk4_f64(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
 void eom_rollout_rk4_f32(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
 void eom_rollout_rk4_f80(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
 void eom_rollout_euler_f64(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
 void eom_rollout_euler_f32(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
 void eom_rollout_euler_f80(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
+void eom_rollout_dop853_f64(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
+void eom_rollout_dop853_f32(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
+void eom_rollout_dop853_f80(char **args, const intptr_t *dimensions, const intptr_t *steps, void *data);
 
 #endif

@@ -1,20 +1,21 @@
-/* eomgen_rollout_type.h: fixed-step integration of forward dynamics; included once per real type.
+/* eomgen_rollout_type.h: integration of forward dynamics; included once per real type.
  *
  * Expects REAL (a scalar or a vector), RN(name) (a name of its own per type), WIDTH (its lanes) and the names of eomgen_batch_type.h.
  */
 
-/* What stays the same along a trajectory. The state, the stages and the inputs are arrays of elements x streams. */
+/* What stays the same along a trajectory. The state, the stages and the inputs are arrays of elements x streams; v follows
+ * q, and stage_v follows stage_q. `a` is what a method keeps of its stages. */
 typedef struct {
     const eom_function *f;
     void (*kernel)(void);
     const SCALAR *p, *c;
     eom_place places[EOM_MAX_INPUTS + 1];
     int n, k, streams; /* coordinates, prescribed lengths */
-    REAL *q, *v, *u, *w, *stage_q, *stage_v, *stage_w, *a[4], *work;
+    REAL *q, *v, *u, *w, *stage_q, *stage_v, *stage_w, *a, *work;
 } RN(eom_trajectory);
 
 /* Accelerations at (q, v), time t after the start of the interval: the prescribed s̈ is constant there. */
-static void RN(eom_stage)(RN(eom_trajectory) * x, const REAL *q, const REAL *v, const REAL *t, int which)
+static void RN(eom_stage)(RN(eom_trajectory) * x, const REAL *q, const REAL *v, const REAL *t, REAL *a)
 {
     const SCALAR *inputs[EOM_MAX_INPUTS] = {(const SCALAR *)q, (const SCALAR *)v, (const SCALAR *)x->u,
                                             (const SCALAR *)x->stage_w};
@@ -27,38 +28,39 @@ static void RN(eom_stage)(RN(eom_trajectory) * x, const REAL *q, const REAL *v, 
             now[m] = w[m] + t[h] * w[2 * m];
             now[2 * m] = w[2 * m];
         }
-    ((FN(eom_kernel) *)x->kernel)(inputs, x->places, x->p, x->c, (SCALAR *)x->a[which], x->work);
+    ((FN(eom_kernel) *)x->kernel)(inputs, x->places, x->p, x->c, (SCALAR *)a, x->work);
 }
 
 /* Classical Runge-Kutta of fourth order for q'' = a(q, q'). */
 static void RN(eom_step_rk4)(RN(eom_trajectory) * x, const REAL *dt, const REAL *t)
 {
     int size = x->n * x->streams, m = x->streams;
+    REAL *a[] = {x->a, x->a + size, x->a + 2 * size, x->a + 3 * size};
     REAL half[EOM_MAX_STREAMS], end[EOM_MAX_STREAMS];
     for (int h = 0; h < m; h++) {
         half[h] = t[h] + dt[h] / 2;
         end[h] = t[h] + dt[h];
     }
-    RN(eom_stage)(x, x->q, x->v, t, 0);
+    RN(eom_stage)(x, x->q, x->v, t, a[0]);
     for (int i = 0; i < size; i++) {
         x->stage_q[i] = x->q[i] + dt[i % m] / 2 * x->v[i];
-        x->stage_v[i] = x->v[i] + dt[i % m] / 2 * x->a[0][i];
+        x->stage_v[i] = x->v[i] + dt[i % m] / 2 * a[0][i];
     }
-    RN(eom_stage)(x, x->stage_q, x->stage_v, half, 1);
+    RN(eom_stage)(x, x->stage_q, x->stage_v, half, a[1]);
     for (int i = 0; i < size; i++) {
-        x->stage_q[i] = x->q[i] + dt[i % m] / 2 * (x->v[i] + dt[i % m] / 2 * x->a[0][i]);
-        x->stage_v[i] = x->v[i] + dt[i % m] / 2 * x->a[1][i];
+        x->stage_q[i] = x->q[i] + dt[i % m] / 2 * (x->v[i] + dt[i % m] / 2 * a[0][i]);
+        x->stage_v[i] = x->v[i] + dt[i % m] / 2 * a[1][i];
     }
-    RN(eom_stage)(x, x->stage_q, x->stage_v, half, 2);
+    RN(eom_stage)(x, x->stage_q, x->stage_v, half, a[2]);
     for (int i = 0; i < size; i++) {
-        x->stage_q[i] = x->q[i] + dt[i % m] * (x->v[i] + dt[i % m] / 2 * x->a[1][i]);
-        x->stage_v[i] = x->v[i] + dt[i % m] * x->a[2][i];
+        x->stage_q[i] = x->q[i] + dt[i % m] * (x->v[i] + dt[i % m] / 2 * a[1][i]);
+        x->stage_v[i] = x->v[i] + dt[i % m] * a[2][i];
     }
-    RN(eom_stage)(x, x->stage_q, x->stage_v, end, 3);
+    RN(eom_stage)(x, x->stage_q, x->stage_v, end, a[3]);
     for (int i = 0; i < size; i++) {
-        REAL inner = x->a[0][i] + x->a[1][i] + x->a[2][i];
+        REAL inner = a[0][i] + a[1][i] + a[2][i];
         x->q[i] = x->q[i] + dt[i % m] * (x->v[i] + dt[i % m] / 6 * inner);
-        x->v[i] = x->v[i] + dt[i % m] / 6 * (inner + x->a[1][i] + x->a[2][i] + x->a[3][i]);
+        x->v[i] = x->v[i] + dt[i % m] / 6 * (inner + a[1][i] + a[2][i] + a[3][i]);
     }
 }
 
@@ -66,22 +68,30 @@ static void RN(eom_step_rk4)(RN(eom_trajectory) * x, const REAL *dt, const REAL 
 static void RN(eom_step_euler)(RN(eom_trajectory) * x, const REAL *dt, const REAL *t)
 {
     int size = x->n * x->streams, m = x->streams;
-    RN(eom_stage)(x, x->q, x->v, t, 0);
+    RN(eom_stage)(x, x->q, x->v, t, x->a);
     for (int i = 0; i < size; i++) {
-        x->v[i] = x->v[i] + dt[i % m] * x->a[0][i];
+        x->v[i] = x->v[i] + dt[i % m] * x->a[i];
         x->q[i] = x->q[i] + dt[i % m] * x->v[i];
     }
 }
 
-/* Integrates `states` trajectories, WIDTH x streams at a time. The operands are those of forward dynamics with u and w
- * at the first interval; u_step and w_step lead to the next one. */
-static void RN(eom_integrate)(RN(eom_trajectory) * x, const eom_operand *operand, const eom_operand *dt_operand,
-                              const eom_operand *result, intptr_t state, int count, intptr_t intervals, intptr_t substeps,
-                              const intptr_t *next, int euler)
+#if WIDTH == 1
+#include "eomgen_dop853_type.h"
+#endif
+
+/* Integrates `count` trajectories, at most WIDTH x streams. The operands are those of forward dynamics with u and w at the
+ * first interval; `next` leads to the next one. Returns whether an error-controlled motion came to no end. */
+static int RN(eom_integrate)(RN(eom_trajectory) * x, const eom_operand *operand, const eom_operand *dt_operand,
+                              const eom_operand *result, intptr_t state, int count, intptr_t intervals,
+                              const intptr_t *next, eom_method method, const SCALAR *options)
 {
     REAL dt[EOM_MAX_STREAMS] = {0}, t[EOM_MAX_STREAMS];
     REAL *to[] = {x->q, x->v, x->u, x->w};
-    int used = x->k ? 4 : 3, width = WIDTH;
+    int used = x->k ? 4 : 3, width = WIDTH, lost = 0;
+    intptr_t substeps = (intptr_t)options[0];
+#if WIDTH == 1
+    SCALAR h = 0;
+#endif
     for (int h = 0; h < x->streams; h++) {
         intptr_t first = state + h * width < state + count ? state + h * width : state + count - 1;
         int left = (int)(state + count - first), lanes = left < width ? left : width;
@@ -99,9 +109,16 @@ static void RN(eom_integrate)(RN(eom_trajectory) * x, const eom_operand *operand
                 LOAD(&now, first, lanes, to[i] + h, x->streams);
             }
         }
+#if WIDTH == 1
+        if (method == EOM_DOP853) {
+            lost = lost || !FN(eom_span_dop853)(x, (const FN(eom_dop853) *)options, dt[0] * options[0], &h);
+            for (int i = 0; lost && i < 2 * x->n; i++) x->q[i] = FN(eom_nan)();
+            substeps = 0;
+        }
+#endif
         for (intptr_t s = 0; s < substeps; s++) {
             for (int h = 0; h < x->streams; h++) t[h] = (SCALAR)s * dt[h];
-            if (euler)
+            if (method == EOM_EULER)
                 RN(eom_step_euler)(x, dt, t);
             else
                 RN(eom_step_rk4)(x, dt, t);
@@ -114,4 +131,5 @@ static void RN(eom_integrate)(RN(eom_trajectory) * x, const eom_operand *operand
                       x->streams);
             }
     }
+    return lost;
 }

@@ -37,6 +37,7 @@ class Function:
         self._constants, self._kernel, self._block = constants, kernel, block
         self._parameters = parameters
         self._dtypes = [numpy.dtype(dtype) for dtype in dtypes]
+        self.types = [f"{dtype.char * self.nin}->{dtype.char}" for dtype in self._dtypes]
 
     def __repr__(self):
         return f"<function {self.__name__!r} {self.signature}>"
