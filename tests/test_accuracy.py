@@ -221,12 +221,13 @@ def test_loops(accuracy: str, most: float) -> None:
         assert abs(found - expected).max() <= most * abs(expected).max(), name
 
 
+@pytest.mark.parametrize("options", [{"steps": 20}, {"steps": 20, "method": "dop853", "rtol": 1e-6}], ids=str)
 @pytest.mark.parametrize(("accuracy", "most"), [("fast", 1e-4), ("high", 1e-12)])
-def test_rollouts(accuracy: str, most: float, compiled: Compiled) -> None:
+def test_rollouts(accuracy: str, most: float, options: dict[str, Any], compiled: Compiled) -> None:
     def ends(module: ModuleType) -> np.ndarray:
         state = random_state(module, 2, (19,))
         u = np.zeros((19, 1, len(module.u_names)))
-        return np.concatenate(module.rollout(state.q, state.v, u, module.p, 1e-3, 20), axis=-1)
+        return np.concatenate(module.rollout(state.q, state.v, u, module.p, 1e-3, **options), axis=-1)
 
     expected = ends(compiled("models_5", "matrix", "c"))
     assert (

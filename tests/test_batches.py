@@ -490,7 +490,8 @@ def test_threads_with_rollouts_and_types(compiled: Compiled) -> None:
         dtype = types[seed % 3]
         q, v, u, p = (x.astype(dtype) for x in (states.q, states.v, states.u, module.p))
         a = module.forward_dynamics(q, v, u, p)
-        return [a, module.joints(q, p), *module.rollout(q, v, u[:, None], p, np.full((), 1e-3, dtype))]
+        fixed = module.rollout(q, v, u[:, None], p, np.full((), 1e-3, dtype))
+        return [a, module.joints(q, p), *fixed, *module.rollout(q, v, u[:, None], p, 1e-3, method="dop853")]
 
     expected = [work(seed) for seed in range(24)]
     with ThreadPoolExecutor(6) as pool:

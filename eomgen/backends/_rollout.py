@@ -22,14 +22,15 @@ class Rollout:
         p: parameters, (..., np).
         dt: the step, s, (...); positive.
         steps: number of steps in all, a multiple of t; by default one per interval. Together they last dt x steps.
-        method: "rk4" (classical Runge-Kutta, fourth order), "euler" (semi-implicit, first order), both with steps of dt,
-            or "dop853" (Dormand and Prince, eighth order), which chooses its steps within each interval by its error.
-        rtol, atol: for "dop853": the error of a step in each coordinate and rate is to be below atol + rtol x its size
-            (in the mean over them); positive, rtol at least 100 eps. By default the square root of eps, 1.5e-8 in float64.
+        method: "rk4" (classical Runge-Kutta, fourth order) or "euler" (semi-implicit, first order), of steps dt, or
+            "dop853" (Dormand and Prince, eighth order), which chooses its steps within each interval by their errors.
+        rtol, atol: for "dop853": a step is accepted if its error in coordinates and rates is below atol + rtol x their
+            size, in the quadratic mean; numbers, positive, rtol at least 100 eps. By default the square root of eps,
+            1.5e-8 in float64.
 
     Returns:
-        q and v, each (..., t, n). With "dop853" they are NaN, and NumPy's flag `invalid` is raised, from the interval on
-        in which the state ceases to be finite or no step is short enough (shorter than 10 eps of the time in it).
+        q and v, each (..., t, n). Those of "dop853" are NaN, and NumPy's flag `invalid` is raised, from the interval on
+        in which the state ceases to be finite or needs a step shorter than 10 eps of the time in it.
 
     Raises:
         ValueError: a step or tolerance that is not positive, a number of steps that does not fit, an unknown method, a
@@ -212,7 +213,7 @@ def _options(dtype, substeps, method, rtol, atol):
     kind = numpy.finfo(dtype)
     rtol, atol = (_tolerance(name, value, kind) for name, value in (("rtol", rtol), ("atol", atol)))
     if rtol < 100 * kind.eps:
-        raise ValueError(f"rtol = {rtol:.3g} is below 100 eps of {dtype}; give at least {100 * kind.eps:.3g}")
+        raise ValueError(f"rtol = {rtol:.3g} is below 100 eps of the number type; give at least {100 * kind.eps:.3g}")
     return numpy.concatenate([numpy.array([substeps, rtol, atol], dtype), _constants(dtype)])
 
 
@@ -300,7 +301,7 @@ def _dop853(field, y, span, intervals, options):
 
 
 def _first_step(field, y, begin, span, rtol, atol):
-    """A step to try, when nothing of the motion is known but its first stage (Hairer, Nørsett, Wanner, section II.4)."""
+    """A step to try, when only the first stage of the motion is known (Hairer, Nørsett, Wanner, section II.4)."""
     kind, scale = y.dtype.type, 1 / (atol + abs(y) * rtol)
 
     def norm(x):

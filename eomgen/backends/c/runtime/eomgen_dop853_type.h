@@ -26,7 +26,8 @@ EOM_INLINE SCALAR FN(eom_sum)(const SCALAR *weights, const SCALAR *row, int size
 }
 
 /* The state after a step h by a weighted sum: the coordinates to stage_q, the rates to the first half of a row. */
-EOM_INLINE void FN(eom_move)(RN(eom_trajectory) * x, const SCALAR *weights, SCALAR h, SCALAR *to, int from, int before)
+EOM_INLINE void FN(eom_move)(RN(eom_trajectory) * x, const SCALAR *restrict weights, SCALAR h, SCALAR *restrict to,
+                             int from, int before)
 {
     int n = x->n;
     for (int i = 0; i < n; i++) {
@@ -42,7 +43,7 @@ static void FN(eom_begin)(RN(eom_trajectory) * x, SCALAR t)
     RN(eom_stage)(x, x->q, x->v, &t, x->a + x->n);
 }
 
-/* A step to try, when nothing of the motion is known but its first stage (section II.4). */
+/* A step to try, when only the first stage of the motion is known (section II.4). */
 static SCALAR FN(eom_first_step)(RN(eom_trajectory) * x, const FN(eom_dop853) * o, SCALAR span)
 {
     int n = x->n, size = 2 * n;

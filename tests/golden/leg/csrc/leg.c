@@ -97,7 +97,7 @@ static const int joints_columns[] = {0, 3, 0, 2};
 const eom_function eom_functions[] = {
     {"forward_dynamics", "(3),(3),(3),(1,3),(12)->(3)",
      "forward_dynamics(q, v, u, w, p)\n\naccelerations a of M a + h = Q(u).",
-     "(3),(3),(t,3),(t,1,3),(12),(),()->(t,3),(t,3)",
+     "(3),(3),(t,3),(t,1,3),(12),(),(o)->(t,3),(t,3)",
      4, 1, forward_dynamics_rows, forward_dynamics_columns, 7, 0, 2,
      {EOM_CAST(forward_dynamics_constants_f64), EOM_CAST(forward_dynamics_f64), EOM_CAST(forward_dynamics_f64v)}, {0, 0, 0}, {0, 0, 0}},
     {"inverse_dynamics", "(3),(3),(3),(1,3),(12)->(3)",

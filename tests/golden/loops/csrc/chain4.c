@@ -85,7 +85,7 @@ static const int energy_columns[] = {0, 0, 0, 0};
 const eom_function eom_functions[] = {
     {"forward_dynamics", "(8),(8),(8),(25)->(8)",
      "forward_dynamics(q, v, u, p)\n\naccelerations a of M a + h = Q(u).",
-     "(8),(8),(t,8),(25),(),()->(t,8),(t,8)",
+     "(8),(8),(t,8),(25),(),(o)->(t,8),(t,8)",
      3, 1, forward_dynamics_rows, forward_dynamics_columns, 15, 19, 2,
      {EOM_CAST(forward_dynamics_constants_f64), EOM_CAST(forward_dynamics_f64), EOM_CAST(forward_dynamics_f64v)}, {0, 0, 0}, {0, 0, 0}},
     {"mass_matrix", "(8),(25)->(8,8)",

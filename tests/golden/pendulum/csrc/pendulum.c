@@ -94,7 +94,7 @@ static const int joints_columns[] = {0, 0, 2};
 const eom_function eom_functions[] = {
     {"forward_dynamics", "(1),(1),(1),(5)->(1)",
      "forward_dynamics(q, v, u, p)\n\naccelerations a of M a + h = Q(u).",
-     "(1),(1),(t,1),(5),(),()->(t,1),(t,1)",
+     "(1),(1),(t,1),(5),(),(o)->(t,1),(t,1)",
      3, 1, forward_dynamics_rows, forward_dynamics_columns, 2, 0, 2,
      {EOM_CAST(forward_dynamics_constants_f64), EOM_CAST(forward_dynamics_f64), EOM_CAST(forward_dynamics_f64v)}, {0, 0, 0}, {0, 0, 0}},
     {"inverse_dynamics", "(1),(1),(1),(5)->(1)",
