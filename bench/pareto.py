@@ -8,11 +8,9 @@ and `pareto.png` are made from that file alone.
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import os
 import statistics
-import subprocess
 import sys
 import tempfile
 import time
@@ -23,7 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bench import report
+from bench import process, report
 from bench.peers import harness, mechanism
 from eomgen import certify, chain, hard, pipeline, walker
 from eomgen.errors import CheckError, one_line
@@ -205,12 +203,8 @@ def peers(problem: Problem) -> Iterator[Record]:
         words += ["--batch", str(STATES), "--repeats", str(ROUNDS), "--check", "1000", "--sample", str(SAMPLE)]
         words += ["--mechanism", problem.mechanism] if problem.mechanism != "rigid" else []
         record: Record = {"scene": problem.name, "who": who, "variant": "", "problem": "", "ns": []}
-        try:
-            done = subprocess.run(words, cwd=report.ROOT, capture_output=True, text=True, timeout=LIMIT, check=False)
-            lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
-            found = json.loads(lines[-1]) if lines else {"error": "no answer"}
-        except subprocess.TimeoutExpired:
-            found = {"error": f"> {LIMIT:g} s"}
+        done = process.run(words, LIMIT)
+        found = (done.answers() or [{"error": done.problem}])[-1]
         if "error" in found or found.get("error_60_digits") is None:
             record["problem"] = one_line(found.get("error", "no mpmath"), 100)
         else:
@@ -311,7 +305,7 @@ def _default_row(name: str, records: Sequence[Record]) -> list[str]:
 
 def _row(record: Record, best: bool) -> list[str]:
     label = record["variant"] or record["who"]
-    spread = f"({report.digits(min(record['ns']))} – {report.digits(max(record['ns']))})" if record["variant"] else ""
+    spread = report.span(record["ns"]) if record["variant"] else ""
     cells = [label, record.get("sines", ""), report.digits(_ns(record)), spread, f"{record['error']:.1e}"]
     return [f"**{cell}**" if best and cell else cell for cell in cells]
 
@@ -323,17 +317,13 @@ MARKERS = {"articulated": "o", "dense": "s", "dense, differences": "D"}
 
 def plot(found: Mapping[str, Any], path: Path) -> None:
     """`pareto.png`: a panel for each scene, the front as a line, the default with a ring."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
     from matplotlib.lines import Line2D
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+    from matplotlib.ticker import LogLocator
 
     scenes = by_scene(found)
     columns = min(3, len(scenes))
     lines = -(-len(scenes) // columns)
-    figure, axes = pyplot.subplots(lines, columns, figsize=(6 * columns, 4.4 * lines + 1.2), squeeze=False)
+    figure, axes = report.pyplot().subplots(lines, columns, figsize=(6 * columns, 4.4 * lines + 1.2), squeeze=False)
     for axis, (name, records) in zip(axes.flat, scenes.items(), strict=False):
         best = front(records)
         axis.step([_ns(r) for r in best], [r["error"] for r in best], where="post", color="0.6", linewidth=1, zorder=1)
@@ -351,8 +341,7 @@ def plot(found: Mapping[str, Any], path: Path) -> None:
                 axis.annotate(record["who"], at, (4, 3), textcoords="offset points", fontsize=7, color="0.25")
         axis.set(xscale="log", yscale="log", title=name)
         axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-        axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axis.xaxis.set_minor_formatter(NullFormatter())
+        report.number(axis.xaxis)
         axis.grid(True, which="major", color="0.88", linewidth=0.6)
     for axis in axes.flat[len(scenes) :]:
         axis.set_visible(False)
@@ -391,8 +380,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
         "quiet machine, with the Python that has the contenders installed.",
     )
     parser.add_argument("--quick", action="store_true", help="two scenes only")
-    parser.add_argument("--out", default="results", metavar="DIR", help="output folder (results)")
-    parser.add_argument("--from-json", metavar="FILE", help="measure nothing; make table and plot from this file")
+    report.add_output(parser)
     return parser.parse_args(arguments)
 
 
@@ -401,15 +389,7 @@ def main() -> int:
     options = parse()
     report.require("matplotlib", "the plot of pareto", "bench")
     report.require("flint", "certified errors", "bench")
-    place = report.folder(options.out)
-    if options.from_json:
-        found = report.load(options.from_json, "pareto")
-    else:
-        found = measure(options.quick)
-        report.write(place / "pareto.json", report.dumped(found))
-    report.write(place / "pareto.md", render(found))
-    plot(found, place / "pareto.png")
-    print(f"wrote {place / 'pareto.md'} and pareto.png" + ("" if options.from_json else " and pareto.json"))
+    found = report.produce("pareto", options, lambda: measure(options.quick), render, plot)
     lost = [r["scene"] for r in found["records"] if r["variant"] == DEFAULT.label and not math.isfinite(r["error"])]
     if lost:
         raise CheckError(f"the default gives no answer for {', '.join(lost)}")

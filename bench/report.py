@@ -21,6 +21,8 @@ from eomgen.errors import BuildError, EomgenError, OptionError, UnsupportedError
 from eomgen.version import __version__
 
 ROOT = Path(__file__).resolve().parent.parent
+UNITS = {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "ns": 1e-9}
+MET = {True: "yes", False: "**no**", None: "–"}  # in a table of targets
 
 
 class Parser(argparse.ArgumentParser):
@@ -135,24 +137,31 @@ def describe_machine(facts: Mapping[str, Any]) -> str:
     )
 
 
+def unit(seconds: float) -> tuple[str, float]:
+    """The unit that suits a time, and its size in seconds."""
+    return next(((name, size) for name, size in UNITS.items() if seconds >= 0.9995 * size), ("ns", UNITS["ns"]))
+
+
 def seconds(value: float) -> str:
     """A time to three digits: 213 µs, 4.06 ms, 12.3 s."""
-    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
-        if value >= 0.9995 * size:
-            return f"{digits(value / size)} {unit}"
-    return f"{value * 1e9:.0f} ns"
-
-
-def _time(value: float) -> str:
-    """A power of ten of seconds: 10 ms."""
-    unit, size = next((u for u in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)) if value >= 0.999 * u[1]), ("ns", 1e-9))
-    return f"{value / size:.0f} {unit}"
+    name, size = unit(value)
+    return f"{digits(value / size)} {name}"
 
 
 def digits(value: float) -> str:
     """A positive number to three digits, without an exponent."""
     places = 2 if value < 9.995 else 1 if value < 99.95 else 0
     return f"{value:.{places}f}"
+
+
+def span(values: Sequence[float]) -> str:
+    """The smallest and the largest of some positive numbers."""
+    return f"({digits(min(values))} – {digits(max(values))})"
+
+
+def whole(number: float) -> str:
+    """A number without its fraction, its thousands apart."""
+    return f"{number:,.0f}".replace(",", " ")
 
 
 def markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -228,13 +237,9 @@ def log_log(
         x, y: what the axes show; the numbers of "time" are seconds and get units.
         marks: y -> text of horizontal marks.
     """
-    import matplotlib
+    from matplotlib.ticker import NullLocator
 
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-    from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
-
-    figure, axes = pyplot.subplots(1, len(panels), figsize=(5.2 * len(panels) + 0.8, 7.4), sharey=True, squeeze=False)
+    figure, axes = pyplot().subplots(1, len(panels), figsize=(5.2 * len(panels) + 0.8, 7.4), sharey=True, squeeze=False)
     entries: dict[str, Any] = {}
     ticks: set[float] = set()
     for axis, (name, curves) in zip(axes[0], panels.items(), strict=True):
@@ -264,8 +269,7 @@ def log_log(
         axis.set_xlim(0.85, 1.2 * shown[-1])
         axis.set_xticks(shown, [str(tick) for tick in shown])
         axis.xaxis.set_minor_locator(NullLocator())
-        axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}" if y != "time" else _time(value)))
-        axis.yaxis.set_minor_formatter(NullFormatter())
+        number(axis.yaxis, _time if y == "time" else "{:g}".format)
     axes[0][0].set_ylabel(y)
     figure.suptitle(title)
     columns = -(-len(entries) // 3)
@@ -274,14 +278,36 @@ def log_log(
     save(figure, path, dpi=120)
 
 
-def save(figure: Any, path: Path, dpi: int) -> None:
-    """Writes a Matplotlib figure in one step and closes it; nobody sees half of it."""
+def _time(value: float) -> str:
+    """A power of ten of seconds: 10 ms."""
+    name, size = unit(value)
+    return f"{value / size:.0f} {name}"
+
+
+def pyplot() -> Any:
+    """Matplotlib's plots, drawn to files."""
+    import matplotlib
+
+    matplotlib.use("Agg")
     from matplotlib import pyplot
 
+    return pyplot
+
+
+def number(axis: Any, text: Callable[[float], str] = "{:g}".format) -> None:
+    """Writes numbers at the ticks of a logarithmic axis without powers of ten, and none at those between them."""
+    from matplotlib.ticker import FuncFormatter, NullFormatter
+
+    axis.set_major_formatter(FuncFormatter(lambda value, _: text(value)))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def save(figure: Any, path: Path, dpi: int) -> None:
+    """Writes a Matplotlib figure in one step and closes it; nobody sees half of it."""
     private = path.with_name(f".{os.getpid()}.{path.name}")
     figure.savefig(private, dpi=dpi, metadata={"Software": None})
     private.replace(path)
-    pyplot.close(figure)
+    pyplot().close(figure)
 
 
 def load(path: str, suite: str) -> dict[str, Any]:
@@ -299,6 +325,46 @@ def load(path: str, suite: str) -> dict[str, Any]:
     except (ValueError, KeyError, TypeError):
         pass
     raise OptionError(f"--from-json {shown(path)} is no {suite}.json; give a file that eomgen bench {suite} wrote")
+
+
+def add_output(parser: argparse.ArgumentParser) -> None:
+    """Adds the options that `produce` reads."""
+    parser.add_argument("--out", default="results", metavar="DIR", help="output folder (results)")
+    parser.add_argument("--from-json", metavar="FILE", help="measure nothing; make table and plot from this file")
+
+
+def produce(
+    suite: str,
+    options: argparse.Namespace,
+    measure: Callable[[], dict[str, Any]],
+    render: Callable[[dict[str, Any]], str],
+    plot: Callable[[dict[str, Any], Path], None],
+) -> dict[str, Any]:
+    """Writes a suite's JSON, unless it is given by `--from-json`, and from it the table and the plot.
+
+    Args:
+        suite: its name.
+        options: of the command line.
+        measure: gives the contents of the JSON.
+        render: makes the text of the table from them.
+        plot: writes the plot from them.
+
+    Returns:
+        the contents of the JSON.
+
+    Raises:
+        OptionError: the folder cannot be written, or the JSON not be read.
+    """
+    place = folder(options.out)
+    if options.from_json:
+        found = load(options.from_json, suite)
+    else:
+        found = measure()
+        write(place / f"{suite}.json", dumped(found))
+    write(place / f"{suite}.md", render(found))
+    plot(found, place / f"{suite}.png")
+    print(f"wrote {place / suite}.md and {suite}.png" + ("" if options.from_json else f" and {suite}.json"))
+    return found
 
 
 def dumped(found: Mapping[str, Any]) -> str:

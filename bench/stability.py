@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -26,6 +25,7 @@ from numpy.typing import NDArray
 import eomgen
 from bench import report
 from bench.extrapolation import motion
+from bench.peers import harness
 from eomgen.certify import import_flint
 from eomgen.errors import CheckError, OptionError, UnsupportedError, one_line
 from eomgen.ir.expr import Node
@@ -414,8 +414,7 @@ def measure(quick: bool) -> dict[str, Any]:
     begin = time.monotonic()
     facts = report.machine(PACKAGES)
     stored = {record["problem"]: record for record in report.load(str(REFERENCE), "stability reference")["records"]}
-    if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+    harness.one_core()
     records: list[Record] = []
     for problem in quick_problems() if quick else problems():
         exact = reference(problem, stored)
@@ -562,7 +561,7 @@ def render(data: Data) -> str:
         for who, integrator in INTEGRATORS.items():
             for r in data.of(name, who):
                 figures = [r["problem_met"], "–", "–"] if r["problem_met"] else _figures(r)
-                setting = f"{r['setting']:,.0f} steps".replace(",", " ") if who == "rk4" else f"{r['setting']:.0e}"
+                setting = f"{report.whole(r['setting'])} steps" if who == "rk4" else f"{r['setting']:.0e}"
                 rows.append([integrator.label, setting, *figures])
         parts += [f"## {name[0].upper()}{name[1:]}", report.markdown(
             ["integrator", "tolerance or steps", "time", "error", "energy drift"], rows)]  # fmt: skip
@@ -585,16 +584,10 @@ def _references(data: Data) -> str:
 
 def plot(data: Data, path: Path) -> None:
     """`stability.png`: a work-precision diagram for each motion."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-    from matplotlib.ticker import FuncFormatter, NullFormatter
-
     names = list(data.references)
     columns = min(3, len(names))
     rows = -(-len(names) // columns)
-    figure, axes = pyplot.subplots(rows, columns, figsize=(5.6 * columns, 4.5 * rows + 0.8), squeeze=False)
+    figure, axes = report.pyplot().subplots(rows, columns, figsize=(5.6 * columns, 4.5 * rows + 0.8), squeeze=False)
     entries: dict[str, Any] = {}
     for axis, name in zip(axes.flat, names, strict=False):
         for who, integrator in INTEGRATORS.items():
@@ -613,10 +606,7 @@ def plot(data: Data, path: Path) -> None:
         )
         axis.set(xscale="log", yscale="log", title=name, xlabel="error of the state at the end")
         axis.grid(True, which="major", color="0.85", linewidth=0.6)
-        axis.yaxis.set_major_formatter(
-            FuncFormatter(lambda value, _: report.seconds(value).replace(".00", "").replace(".0 ", " "))
-        )
-        axis.yaxis.set_minor_formatter(NullFormatter())
+        report.number(axis.yaxis, lambda value: report.seconds(value).replace(".00", "").replace(".0 ", " "))
     for axis in axes.flat[len(names) :]:
         axis.set_axis_off()
     for row in axes:
@@ -640,8 +630,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument(
         "--quick", action="store_true", help="three motions, every other setting, the tightest among them"
     )
-    parser.add_argument("--out", default="results", metavar="DIR", help="output folder (results)")
-    parser.add_argument("--from-json", metavar="FILE", help="measure nothing; make table and plot from this file")
+    report.add_output(parser)
     parser.add_argument(
         "--reference", action="store_true", help=f"compute bench/{REFERENCE.name} again and stop (some minutes)"
     )
@@ -661,16 +650,13 @@ def main() -> int:
         return 0
     report.require("matplotlib", "the plot of stability", "bench")
     report.require("scipy", "stability", "bench")
-    place = report.folder(options.out)
-    if options.from_json:
-        found = report.load(options.from_json, "stability")
-    else:
-        found = measure(options.quick)
-        report.write(place / "stability.json", report.dumped(found))
-    data = Data(found)
-    report.write(place / "stability.md", render(data))
-    plot(data, place / "stability.png")
-    print(f"wrote {place / 'stability.md'} and stability.png" + ("" if options.from_json else " and stability.json"))
+    report.produce(
+        "stability",
+        options,
+        lambda: measure(options.quick),
+        lambda found: render(Data(found)),
+        lambda found, path: plot(Data(found), path),
+    )
     return 0
 
 

@@ -28,7 +28,8 @@ from xml.etree import ElementTree
 from bench import report
 from bench.generation import CONTENDERS
 from bench.generation.mechanism import NOMINAL
-from eomgen.errors import CheckError, OptionError, UnsupportedError, one_line, shown, unknown
+from bench.process import require_posix
+from eomgen.errors import CheckError, OptionError, one_line, shown, unknown
 
 METHODS = ("lagrange", "recursive", "matrix", "articulated")
 DENSE = METHODS[:3]  # the mass matrix and the bias; articulated is the accelerations, in O(n)
@@ -432,12 +433,11 @@ def _against(data: Data, method: str, kind: str, links: int, name: str, factor: 
 
 
 def _targets(rows: Iterable[Target]) -> str:
-    met = {True: "yes", False: "**no**", None: "–"}
     rows = list(rows)
     if all(row.met is None for row in rows):
         return "None of their cells was measured."
     header = ["cell", "measured", "target", "met"]
-    return report.markdown(header, [[row.cell, row.measured, row.target, met[row.met]] for row in rows])
+    return report.markdown(header, [[row.cell, row.measured, row.target, report.MET[row.met]] for row in rows])
 
 
 def render(data: Data) -> str:
@@ -601,8 +601,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--quick", action="store_true", help="the cells of the targets, with fewer runs")
     parser.add_argument("--no-contenders", action="store_true", help="eomgen alone")
     parser.add_argument("--limit", type=float, default=60.0, metavar="S", help="seconds for a derivation (60)")
-    parser.add_argument("--out", default="results", metavar="DIR", help="output folder (results)")
-    parser.add_argument("--from-json", metavar="FILE", help="measure nothing; make table and plot from this file")
+    report.add_output(parser)
     options = parser.parse_args(arguments)
     options.sizes = sizes(options.links)
     options.kinds = [word.strip() for word in options.kinds.split(",")]
@@ -614,34 +613,37 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     return options
 
 
+def measured(options: argparse.Namespace) -> dict[str, Any]:
+    """The contents of `table1.json`, the targets among them."""
+    for package in ("pytest", "pytest_benchmark"):
+        report.require(package, "bench table1", "bench")
+    require_posix("table1")
+    arguments = {"links": options.links, "kinds": options.kinds, "quick": options.quick}
+    contenders = not options.no_contenders
+    if options.quick:
+        plan = quick_settings(options.kinds, options.limit, contenders)
+    else:
+        plan = settings(options.sizes, options.kinds, options.limit, contenders)
+    found = measure(plan, arguments)
+    found["targets"] = [row._asdict() for row in targets(Data(found))]
+    return found
+
+
 def main() -> int:
     """Runs the suite; the exit code is 1 where a cell derived different dynamics or failed."""
     options = parse()
     report.require("matplotlib", "the plot of table1", "bench")
-    place = report.folder(options.out)
-    if options.from_json:
-        found = report.load(options.from_json, "table1")
-    else:
-        for package in ("pytest", "pytest_benchmark"):
-            report.require(package, "bench table1", "bench")
-        if not hasattr(os, "fork"):
-            raise UnsupportedError("bench table1 needs a POSIX system for its time limits")
-        arguments = {"links": options.links, "kinds": options.kinds, "quick": options.quick}
-        contenders = not options.no_contenders
-        if options.quick:
-            plan = quick_settings(options.kinds, options.limit, contenders)
-        else:
-            plan = settings(options.sizes, options.kinds, options.limit, contenders)
-        found = measure(plan, arguments)
-        found["targets"] = [row._asdict() for row in targets(Data(found))]
-        report.write(place / "table1.json", report.dumped(found))
-    data = Data(found)
-    report.write(place / "table1.md", render(data))
-    plot(data, place / "table1.png")
-    print(f"wrote {place / 'table1.md'} and table1.png" + ("" if options.from_json else " and table1.json"))
-    failed = [r for r in data.records if r["problem"].startswith("error")]
+    found = report.produce(
+        "table1",
+        options,
+        lambda: measured(options),
+        lambda found: render(Data(found)),
+        lambda found, path: plot(Data(found), path),
+    )
+    records = found["records"]
+    failed = [r for r in records if r["problem"].startswith("error")]
     if failed:
-        raise CheckError(f"{len(failed)} of {len(data.records)} cells failed; the first: {failed[0]['problem']}")
+        raise CheckError(f"{len(failed)} of {len(records)} cells failed; the first: {failed[0]['problem']}")
     return 0
 
 

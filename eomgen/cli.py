@@ -321,16 +321,16 @@ def certify(scene: Scene | None, options: argparse.Namespace) -> None:
 
 
 def bench(suite: str, arguments: list[str]) -> int:
-    """eomgen bench: runs bench/<suite>.py of the checkout this package stands in."""
+    """eomgen bench: runs bench/<suite>.py, or the package of that name, of the checkout this package stands in."""
     import subprocess
     from pathlib import Path
 
     from eomgen.errors import OptionError, unknown
 
     root = Path(__file__).resolve().parent.parent
-    suites = sorted(
-        path.stem for path in (root / "bench").glob("*.py") if "\ndef main(" in path.read_text(encoding="utf-8")
-    )
+    files = [path for path in (root / "bench").glob("*.py") if "\ndef main(" in path.read_text(encoding="utf-8")]
+    packages = [path.parent for path in (root / "bench").glob("*/__main__.py")]
+    suites = sorted(path.stem for path in files + packages)
     if not suites:
         raise OptionError("the benchmarks are not part of the installed package; run eomgen bench in a checkout of it")
     if suite not in suites:

@@ -874,7 +874,7 @@ def test_bench_outside_a_checkout(run: Command, monkeypatch: pytest.MonkeyPatch,
 
 
 def test_bench_runs_the_suite(run: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """The suite's own exit code and arguments, in the checkout's folder."""
+    """The exit code and arguments of a suite, a module or a package, in the checkout's folder."""
     (tmp_path / "bench").mkdir()
     (tmp_path / "bench" / "__init__.py").touch()
     (tmp_path / "bench" / "quick.py").write_text(
@@ -884,7 +884,10 @@ def test_bench_runs_the_suite(run: Command, monkeypatch: pytest.MonkeyPatch, tmp
     monkeypatch.setattr(cli, "__file__", str(tmp_path / "eomgen" / "cli.py"))
     assert run("bench", "quick", "--links", "1..5").code == 1
     assert (tmp_path / "ran").read_text() == "--links 1..5"
-    assert "unknown benchmark suite 'quik'; allowed: quick (did you mean 'quick'?)" in run.fails("bench", "quik")
+    (tmp_path / "bench" / "long").mkdir()
+    (tmp_path / "bench" / "long" / "__main__.py").write_text("raise SystemExit(3)\n")
+    assert run("bench", "long").code == 3
+    assert "unknown benchmark suite 'quik'; allowed: long, quick (did you mean 'quick'?)" in run.fails("bench", "quik")
 
 
 # The catalogue of a scene file
