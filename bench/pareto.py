@@ -127,36 +127,32 @@ def states(problem: Problem) -> dict[str, np.ndarray]:
     return {name: np.resize([state[name] for state in made], (STATES, *made[0][name].shape)) for name in "qvuw"}
 
 
-def rows() -> np.ndarray:
-    """The states whose errors are certified; the peers take the same."""
-    return np.unique(np.linspace(0, STATES - 1, SAMPLE).astype(int))
-
-
 class Exact:
     """Certified values of a scene's accelerations at the sample of a batch."""
 
     def __init__(self, problem: Problem, batch: Mapping[str, np.ndarray]) -> None:
         self.exact, self.batch = certify.Exact(problem.scene), batch
+        self.rows = harness.rows(STATES, SAMPLE)  # the peers take the same
         self.p = np.array([parameter.value for parameter in problem.scene.parameters])
         self.found: dict[str, list[list[Any]]] = {}
 
     def values(self, dtype: str) -> list[list[Any]]:
         """Enclosures, from arguments rounded to a type as a function of that type gets them."""
         if dtype not in self.found:
-            rounded = {name: array[rows()].astype(dtype) for name, array in self.batch.items()}
+            rounded = {name: array[self.rows].astype(dtype) for name, array in self.batch.items()}
             self.found[dtype] = [
                 self.exact.values(
                     "forward_dynamics",
                     {"p": self.p.astype(dtype), **{name: array[k] for name, array in rounded.items()}},
                 )
-                for k in range(len(rows()))
+                for k in range(len(self.rows))
             ]
         return self.found[dtype]
 
     def error(self, computed: np.ndarray) -> float:
         """The largest scaled error of the sample, a proven bound."""
         eps = float(np.finfo(computed.dtype).eps)
-        pairs = zip(computed[rows()], self.values(str(computed.dtype)), strict=True)
+        pairs = zip(computed[self.rows], self.values(str(computed.dtype)), strict=True)
         return max(certify.errors(found, exact)[0] for found, exact in pairs) * eps
 
 

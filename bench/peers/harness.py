@@ -107,6 +107,17 @@ def pointer(array):
     return ctypes.c_void_p(array.ctypes.data)
 
 
+def rows(count, sample=SAMPLE):
+    """Which of `count` states are compared with 60 digits."""
+    return np.unique(np.linspace(0, count - 1, sample).astype(int))
+
+
+def wrong(*errors):
+    """What a report says of answers with such errors, if they are wrong; None is an error that was not measured."""
+    worst = np.max([error or 0.0 for error in errors])  # NaN stays NaN
+    return {} if worst < TOLERANCE else {"error": f"wrong answer: scaled error {worst:.1e}"}
+
+
 def main(name, load, make, package=None, options=(), mechanisms=("rigid",)):
     """Run one peer as a script; `options` are (flag, settings) pairs for argparse."""
     parser = argparse.ArgumentParser(prog=name)
@@ -156,9 +167,7 @@ def _measure(tool, make, args, folder):
     exact_error = _error_of_sample(peer, case, got[: len(want)] if peer.want else got)
     count = peer.states or args.batch
     times = np.array(timed(peer.batch, args.repeats)) / count * 1e9
-    worst = np.maximum(error, exact_error or 0.0)
-    wrong = {} if worst < TOLERANCE else {"error": f"wrong answer: scaled error {worst:.1e}"}
-    return wrong | {
+    return wrong(error, exact_error) | {
         "mechanism": args.mechanism,
         "links": args.links,
         "batch": args.batch,
@@ -176,14 +185,14 @@ def _measure(tool, make, args, folder):
 
 def _error_of_sample(peer, case, got):
     """The scaled error of a few states against 60 digits; None where nothing has so many."""
-    rows = np.unique(np.linspace(0, len(got) - 1, case.options.sample).astype(int))
+    sample = rows(len(got), case.options.sample)
     if peer.want and not peer.exact:
         return None
     try:
         if peer.exact:
-            exact = peer.exact(rows)
+            exact = peer.exact(sample)
         else:
-            exact = mechanism.exact(case.q[rows], case.v[rows], case.u[rows], case.mechanism)
+            exact = mechanism.exact(case.q[sample], case.v[sample], case.u[sample], case.mechanism)
     except ImportError:  # no mpmath
         return None
-    return mechanism.scaled_error(got[rows[: len(exact)]], exact)
+    return mechanism.scaled_error(got[sample[: len(exact)]], exact)

@@ -36,9 +36,8 @@ def plot(data: Data, path: Path) -> None:
     """`speed.png`: time against links in batches and one at a time, and how far each target is."""
     from matplotlib.ticker import NullLocator
 
-    pyplot = report.pyplot()
     rows = [row for row in targets(data) if row.share is not None]
-    figure = pyplot.figure(figsize=(19, 10.4))
+    figure = report.pyplot().figure(figsize=(19, 10.4))
     batch, single, aims = (figure.add_axes((left, 0.14, width, 0.78)) for left, width in AXES)
     batch.sharey(single)
     entries: dict[str, Any] = {}

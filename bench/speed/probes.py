@@ -113,7 +113,7 @@ long flops_per_round(void) { return 2L * CHAINS * EOM_LANES_F64; }
 
 def probe_peak() -> Sample:
     """The GFLOP/s of independent fused multiply-adds in this machine's vectors, compiled as modules are."""
-    from bench.peers import harness
+    from bench.peers import harness  # here, as it sets the number of threads
 
     module = _five_links()
     harness.one_core()
