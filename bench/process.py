@@ -27,7 +27,8 @@ class Finished(NamedTuple):
         lines: its standard output.
         problem: why there is no answer, if it gave none: the limit, or the last line of its standard error.
         seconds: its wall time.
-        peak: the most memory that it, or a process it started, had resident, in MB.
+        peak: the most memory that it, or a process it started, had resident, in MB. Linux counts the memory of the
+            process that started it, too: there is no smaller peak than that.
     """
 
     code: int | None
