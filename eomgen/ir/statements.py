@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import NamedTuple, Protocol
 
@@ -16,6 +16,7 @@ from eomgen.ir.program import Block, Place
 from eomgen.ir.schedule import order
 
 NAMED = ("pivot_inverse", "sqrt", "exp", "log")
+LATENCY = {"div": 4, "pivot_inverse": 6, "sin": 12, "cos": 12}  # in sums or products
 DEPTH = 6  # deepest expression inside one statement
 
 
@@ -29,6 +30,7 @@ class Text:
         depth: operations nested in it.
         node: the operation it prints.
         factors: the two factors of a product.
+        late: the longest chain of operations up to it.
     """
 
     text: str
@@ -36,6 +38,7 @@ class Text:
     depth: int
     node: Node
     factors: tuple[str, str] | None = None
+    late: int = 0
 
 
 class Sine(NamedTuple):
@@ -105,13 +108,15 @@ def statements(block: Block, printer: Printer, index: Callable[[Node], str]) -> 
 
     def compute(node: Node) -> None:
         nonlocal counter
-        printed = printer.operation(node, [text_of(arg) for arg in node.args])
+        args = [text_of(arg) for arg in node.args]
+        printed = printer.operation(node, args)
+        late = max(arg.late for arg in args) + LATENCY.get(node.op, 1)
         if node.op != "neg" and (uses[node] > 1 or node.op in NAMED or printed.depth >= DEPTH):
             name = f"t{counter}"
             counter += 1
             lines.append(printer.assign(name, printed.text))
             printed = Text(printer.named(name), 3, 0, node)
-        texts[node] = printed
+        texts[node] = replace(printed, late=late)
 
     def sine_of(angle: Node) -> Sine:
         nonlocal counter
@@ -122,7 +127,7 @@ def statements(block: Block, printer: Printer, index: Callable[[Node], str]) -> 
         names = [name if twin in uses and twin not in block.loads else None for twin, name in twins.items()]
         for twin, name in zip(twins, names, strict=True):
             if name is not None:
-                texts[twin] = Text(printer.named(name), 3, 0, twin)
+                texts[twin] = Text(printer.named(name), 3, 0, twin, late=text_of(angle).late + LATENCY[twin.op])
         return Sine(text_of(angle).text, *names)
 
     def at_hand(angle: Node) -> bool:

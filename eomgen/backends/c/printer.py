@@ -80,9 +80,10 @@ class CPrinter:
         return infix(node, args)
 
     def _fused(self, node: Node, left: Text, right: Text) -> Text | None:
-        """fma for a sum with a product that has no name of its own."""
+        """fma for a sum with a product that has no name of its own; of two, that which comes last."""
         minus = node.op == "sub"
-        for product, other, flip in ((left, right, False), (right, left, minus)):
+        orders = [(left, right, False), (right, left, minus)]
+        for product, other, flip in sorted(orders, key=lambda order: -order[0].late):
             if product.factors is None:
                 continue
             a, b = product.factors

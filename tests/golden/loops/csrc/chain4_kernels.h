@@ -272,14 +272,14 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_3)(const scalar 
     pack s0, c0; EACH SINCOS(EOM_AT(q, 0)[h], &s0[h], &c0[h]);
     pack t1; EACH t1[h] = p[24] * s0[h];
     EOM_FETCH(u, 4);
-    pack t2; EACH t2[h] = FMA(c[3], (EOM_AT(u, 4)[h] - force_u_up_in[h]), -(c[4] * t1[h]));
+    pack t2; EACH t2[h] = FMA(-c[4], t1[h], c[3] * (EOM_AT(u, 4)[h] - force_u_up_in[h]));
     pack t3; EACH t3[h] = p[24] * c0[h];
     EOM_FETCH(q, 4);
     pack t4; EACH t4[h] = EOM_AT(q, 4)[h] * EOM_AT(q, 4)[h];
     pack t5; EACH t5[h] = PIVOT_INVERSE(t4[h], t4[h]);
     pack t6; EACH t6[h] = EOM_AT(q, 4)[h] * t5[h];
     EOM_FETCH(u, 0);
-    pack t7; EACH t7[h] = FMA(c[3], FMA(t6[h], (EOM_AT(u, 0)[h] - torque_up_in[h]), -force_n_up_in[h]), -(c[4] * t3[h]));
+    pack t7; EACH t7[h] = FMA(-c[4], t3[h], c[3] * FMA(t6[h], (EOM_AT(u, 0)[h] - torque_up_in[h]), -force_n_up_in[h]));
     EACH acceleration_u_down1[0][h] = t1[h] + t2[h];
     EACH acceleration_n_down1[0][h] = t3[h] + t7[h];
     EOM_FETCH(out, 0);
@@ -309,9 +309,9 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_4)(const scalar 
     pack acceleration_n_down1_in; EACH acceleration_n_down1_in[h] = acceleration_n_down1[0][h];
     for (int k = 0; k < 2; k++) {
         pack t0; EACH t0[h] = FMA(kept5[k][h], acceleration_u_down1_in[h], kept6[k][h] * acceleration_n_down1_in[h]);
-        pack t1; EACH t1[h] = FMA(kept0[k], kept3[k][h], -(kept1[k] * t0[h]));
+        pack t1; EACH t1[h] = FMA(-kept1[k], t0[h], kept0[k] * kept3[k][h]);
         pack t2; EACH t2[h] = FMA(kept5[k][h], acceleration_n_down1_in[h], -(kept6[k][h] * acceleration_u_down1_in[h]));
-        pack t3; EACH t3[h] = FMA(kept0[k], kept4[k][h], -(kept1[k] * t2[h]));
+        pack t3; EACH t3[h] = FMA(-kept1[k], t2[h], kept0[k] * kept4[k][h]);
         pack acceleration_u_down1_out; EACH acceleration_u_down1_out[h] = t0[h] + t1[h];
         pack acceleration_n_down1_out; EACH acceleration_n_down1_out[h] = t2[h] + t3[h];
         EOM_FETCH(out, 1 + k);
@@ -345,13 +345,13 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_5)(const scalar 
     pack acceleration_n_down1_in; EACH acceleration_n_down1_in[h] = acceleration_n_down1[0][h];
     EOM_FETCH(v, 3);
     EOM_FETCH(v, 7);
-    pack t0; EACH t0[h] = kept7[0][h] * FMA(-K(2.0), (EOM_AT(v, 3)[h] * EOM_AT(v, 7)[h]), FMA(c[5], kept8[0][h], -(c[6] * FMA(kept9[0][h], acceleration_n_down1_in[h], -(kept10[0][h] * acceleration_u_down1_in[h])))));
+    pack t0; EACH t0[h] = kept7[0][h] * FMA(-K(2.0), (EOM_AT(v, 3)[h] * EOM_AT(v, 7)[h]), FMA(-c[6], FMA(kept9[0][h], acceleration_n_down1_in[h], -(kept10[0][h] * acceleration_u_down1_in[h])), c[5] * kept8[0][h]));
     EOM_FETCH(out, 3);
     EACH EOM_AT(out, 3)[h] = t0[h];
     EOM_FETCH(out, 7);
     EOM_FETCH(q, 7);
     EOM_FETCH(u, 7);
-    EACH EOM_AT(out, 7)[h] = FMA(EOM_AT(q, 7)[h] * kept7[0][h], (EOM_AT(q, 7)[h] * (EOM_AT(v, 3)[h] * EOM_AT(v, 3)[h])), FMA(EOM_AT(u, 7)[h], c[5], -(c[6] * FMA(kept9[0][h], acceleration_u_down1_in[h], kept10[0][h] * acceleration_n_down1_in[h]))));
+    EACH EOM_AT(out, 7)[h] = FMA(EOM_AT(q, 7)[h] * kept7[0][h], (EOM_AT(q, 7)[h] * (EOM_AT(v, 3)[h] * EOM_AT(v, 3)[h])), FMA(-c[6], FMA(kept9[0][h], acceleration_u_down1_in[h], kept10[0][h] * acceleration_n_down1_in[h]), EOM_AT(u, 7)[h] * c[5]));
 }
 
 EOM_LINKAGE void EOM_NAME(forward_dynamics)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
@@ -654,13 +654,13 @@ static __attribute__((noinline)) void EOM_NAME(energy_3)(const scalar *const *in
         EOM_FETCH(q, 5 + k);
         pack t1; EACH t1[h] = EOM_AT(v, 1 + k)[h] * EOM_AT(q, 5 + k)[h];
         EOM_FETCH(v, 5 + k);
-        pack t2; EACH t2[h] = FMA(EOM_AT(v, 5 + k)[h], (EOM_AT(v, 5 + k)[h] * c[4 + k]), FMA(c[6 + k], FMA(velocity_x_down_in[h], velocity_x_down_in[h], velocity_y_down_in[h] * velocity_y_down_in[h]), EOM_AT(v, 1 + k)[h] * (EOM_AT(v, 1 + k)[h] * (EOM_AT(q, 5 + k)[h] * (EOM_AT(q, 5 + k)[h] * c[4 + k])))));
+        pack t2; EACH t2[h] = FMA(EOM_AT(v, 5 + k)[h], (EOM_AT(v, 5 + k)[h] * c[4 + k]), FMA(EOM_AT(v, 1 + k)[h], (EOM_AT(v, 1 + k)[h] * (EOM_AT(q, 5 + k)[h] * (EOM_AT(q, 5 + k)[h] * c[4 + k]))), c[6 + k] * FMA(velocity_x_down_in[h], velocity_x_down_in[h], velocity_y_down_in[h] * velocity_y_down_in[h])));
         pack t3; EACH t3[h] = EOM_AT(q, 5 + k)[h] * c[2 + k];
         pack height_down_out; EACH height_down_out[h] = FMA(EOM_AT(q, 5 + k)[h], s0[h], height_down_in[h]);
         pack velocity_x_down_out; EACH velocity_x_down_out[h] = FMA(-s0[h], t1[h], FMA(EOM_AT(v, 5 + k)[h], c0[h], velocity_x_down_in[h]));
         pack velocity_y_down_out; EACH velocity_y_down_out[h] = FMA(c0[h], t1[h], FMA(EOM_AT(v, 5 + k)[h], s0[h], velocity_y_down_in[h]));
-        EACH sum[0][h] += FMA(FMA(velocity_x_down_in[h], c0[h], velocity_y_down_in[h] * s0[h]), (EOM_AT(v, 5 + k)[h] * c[2 + k]), FMA(K(0.5), t2[h], FMA(velocity_y_down_in[h], c0[h], -(velocity_x_down_in[h] * s0[h])) * (EOM_AT(v, 1 + k)[h] * t3[h])));
-        EACH sum[1][h] += p[24] * FMA(height_down_in[h], c[6 + k], s0[h] * t3[h]);
+        EACH sum[0][h] += FMA(FMA(velocity_x_down_in[h], c0[h], velocity_y_down_in[h] * s0[h]), (EOM_AT(v, 5 + k)[h] * c[2 + k]), FMA(FMA(velocity_y_down_in[h], c0[h], -(velocity_x_down_in[h] * s0[h])), (EOM_AT(v, 1 + k)[h] * t3[h]), K(0.5) * t2[h]));
+        EACH sum[1][h] += p[24] * FMA(s0[h], t3[h], height_down_in[h] * c[6 + k]);
         EACH height_down_in[h] = height_down_out[h];
         EACH velocity_x_down_in[h] = velocity_x_down_out[h];
         EACH velocity_y_down_in[h] = velocity_y_down_out[h];
@@ -685,12 +685,12 @@ static __attribute__((noinline)) void EOM_NAME(energy_4)(const scalar *const *in
     EOM_FETCH(v, 7);
     EOM_FETCH(v, 3);
     EOM_FETCH(q, 7);
-    pack t0; EACH t0[h] = FMA(EOM_AT(v, 7)[h], (EOM_AT(v, 7)[h] * c[9]), FMA(c[10], FMA(velocity_x_down_in[h], velocity_x_down_in[h], velocity_y_down_in[h] * velocity_y_down_in[h]), EOM_AT(v, 3)[h] * (EOM_AT(v, 3)[h] * (EOM_AT(q, 7)[h] * (EOM_AT(q, 7)[h] * c[9])))));
+    pack t0; EACH t0[h] = FMA(EOM_AT(v, 7)[h], (EOM_AT(v, 7)[h] * c[9]), FMA(EOM_AT(v, 3)[h], (EOM_AT(v, 3)[h] * (EOM_AT(q, 7)[h] * (EOM_AT(q, 7)[h] * c[9]))), c[10] * FMA(velocity_x_down_in[h], velocity_x_down_in[h], velocity_y_down_in[h] * velocity_y_down_in[h])));
     EOM_FETCH(q, 3);
     pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 3)[h], &s1[h], &c1[h]);
     pack t2; EACH t2[h] = EOM_AT(q, 7)[h] * c[8];
-    EACH sum[0][h] += FMA(FMA(velocity_x_down_in[h], c1[h], velocity_y_down_in[h] * s1[h]), (EOM_AT(v, 7)[h] * c[8]), FMA(K(0.5), t0[h], FMA(velocity_y_down_in[h], c1[h], -(velocity_x_down_in[h] * s1[h])) * (EOM_AT(v, 3)[h] * t2[h])));
-    EACH sum[1][h] += p[24] * FMA(height_down_in[h], c[10], s1[h] * t2[h]);
+    EACH sum[0][h] += FMA(FMA(velocity_x_down_in[h], c1[h], velocity_y_down_in[h] * s1[h]), (EOM_AT(v, 7)[h] * c[8]), FMA(FMA(velocity_y_down_in[h], c1[h], -(velocity_x_down_in[h] * s1[h])), (EOM_AT(v, 3)[h] * t2[h]), K(0.5) * t0[h]));
+    EACH sum[1][h] += p[24] * FMA(s1[h], t2[h], height_down_in[h] * c[10]);
 }
 
 static __attribute__((noinline)) void EOM_NAME(energy_5)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)

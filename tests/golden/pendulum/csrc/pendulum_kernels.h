@@ -65,7 +65,7 @@ EOM_LINKAGE void EOM_NAME(forward_dynamics)(const scalar *const *in, const eom_p
     pack c0_sin, c0; EACH SINCOS(EOM_AT(q, 0)[h], &c0_sin[h], &c0[h]);
     EOM_FETCH(out, 0);
     EOM_FETCH(u, 0);
-    EACH EOM_AT(out, 0)[h] = (EOM_AT(u, 0)[h] - FMA(p[2], (EOM_AT(q, 0)[h] - p[3]), p[4] * (c[0] * c0[h]))) * c[1];
+    EACH EOM_AT(out, 0)[h] = (EOM_AT(u, 0)[h] - FMA(p[4], (c[0] * c0[h]), p[2] * (EOM_AT(q, 0)[h] - p[3]))) * c[1];
 }
 
 /* ---- inverse_dynamics ----
@@ -95,7 +95,7 @@ EOM_LINKAGE void EOM_NAME(inverse_dynamics)(const scalar *const *in, const eom_p
     pack c0_sin, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &c0_sin[h], &c0[h]);
     EOM_FETCH(out, 0);
     EOM_FETCH(a, 0);
-    EACH EOM_AT(out, 0)[h] = FMA(EOM_AT(a, 0)[h], c[1], FMA(p[2], (EOM_AT(q, 0)[h] - p[3]), p[4] * (c[0] * c0[h])));
+    EACH EOM_AT(out, 0)[h] = FMA(EOM_AT(a, 0)[h], c[1], FMA(p[4], (c[0] * c0[h]), p[2] * (EOM_AT(q, 0)[h] - p[3])));
 }
 
 /* ---- mass_matrix ----
@@ -143,7 +143,7 @@ EOM_LINKAGE void EOM_NAME(bias)(const scalar *const *in, const eom_place *places
     EOM_FETCH(q, 0);
     pack c0_sin, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &c0_sin[h], &c0[h]);
     EOM_FETCH(out, 0);
-    EACH EOM_AT(out, 0)[h] = FMA(p[2], (EOM_AT(q, 0)[h] - p[3]), p[4] * (c[0] * c0[h]));
+    EACH EOM_AT(out, 0)[h] = FMA(p[4], (c[0] * c0[h]), p[2] * (EOM_AT(q, 0)[h] - p[3]));
 }
 
 /* ---- energy ----
