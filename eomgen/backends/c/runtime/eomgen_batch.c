@@ -127,6 +127,39 @@ EOM_INLINE eom_f64v eom_load_column_f64(const double *row, intptr_t step)
     return t[0];
 }
 
+#if EOM_LANES_F64 == 8 && defined(__AVX512DQ__)
+#define EOM_PAIRS 1
+/* Two columns: a quarter of a vector is a pair, the rows of even numbers in one vector, the others in another. */
+EOM_INLINE eom_f64v eom_load_pairs_f64(const double *row, intptr_t step)
+{
+    eom_f64v t = _mm512_castpd128_pd512(_mm_loadu_pd(row));
+    t = _mm512_mask_broadcast_f64x2(t, 0x0c, _mm_loadu_pd(row + 2 * step));
+    t = _mm512_mask_broadcast_f64x2(t, 0x30, _mm_loadu_pd(row + 4 * step));
+    return _mm512_mask_broadcast_f64x2(t, 0xc0, _mm_loadu_pd(row + 6 * step));
+}
+
+EOM_INLINE void eom_load_two_f64(const double *row, intptr_t step, eom_f64v *to, int streams)
+{
+    eom_f64v even = eom_load_pairs_f64(row, step), odd = eom_load_pairs_f64(row + step, step);
+    to[0] = __builtin_shufflevector(even, odd, EOM_EVEN);
+    to[streams] = __builtin_shufflevector(even, odd, EOM_ODD);
+}
+
+EOM_INLINE void eom_store_pairs_f64(double *row, intptr_t step, eom_f64v t)
+{
+    _mm_storeu_pd(row, _mm512_castpd512_pd128(t));
+    _mm_storeu_pd(row + 2 * step, _mm512_extractf64x2_pd(t, 1));
+    _mm_storeu_pd(row + 4 * step, _mm512_extractf64x2_pd(t, 2));
+    _mm_storeu_pd(row + 6 * step, _mm512_extractf64x2_pd(t, 3));
+}
+
+EOM_INLINE void eom_store_two_f64(double *row, intptr_t step, const eom_f64v *from, int streams)
+{
+    eom_store_pairs_f64(row, step, __builtin_shufflevector(from[0], from[streams], EOM_EVEN));
+    eom_store_pairs_f64(row + step, step, __builtin_shufflevector(from[0], from[streams], EOM_ODD));
+}
+#endif
+
 EOM_INLINE void eom_store_four_f64(double *row, intptr_t step, const eom_f64v *from, int streams)
 {
     eom_f64v t[4];

@@ -139,6 +139,12 @@ EOM_INLINE void FN(eom_load_rows)(const SCALAR *first, int n, intptr_t step, VEC
     for (int h = 0; h < blocks; h++, first += EOM_WIDTH * step, to++) {
         int e = 0;
         EOM_UNROLLED for (; e + 4 <= n; e += 4) eom_load_four_f64(first + e, step, to + e * streams, streams);
+#ifdef EOM_PAIRS
+        if (e + 2 <= n) {
+            eom_load_two_f64(first + e, step, to + e * streams, streams);
+            e += 2;
+        }
+#endif
         EOM_UNROLLED for (; e < n; e++) to[e * streams] = eom_load_column_f64(first + e, step);
     }
 }
@@ -148,6 +154,12 @@ EOM_INLINE void FN(eom_store_rows)(SCALAR *first, int n, intptr_t step, const VE
     for (int h = 0; h < blocks; h++, first += EOM_WIDTH * step, from++) {
         int e = 0;
         EOM_UNROLLED for (; e + 4 <= n; e += 4) eom_store_four_f64(first + e, step, from + e * streams, streams);
+#ifdef EOM_PAIRS
+        if (e + 2 <= n) {
+            eom_store_two_f64(first + e, step, from + e * streams, streams);
+            e += 2;
+        }
+#endif
         EOM_UNROLLED for (; e < n; e++) {
             const SCALAR *column = (const SCALAR *)(from + e * streams);
             EOM_UNROLLED for (int lane = 0; lane < EOM_WIDTH; lane++) first[lane * step + e] = column[lane];
