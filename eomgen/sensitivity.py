@@ -6,47 +6,57 @@ import weakref
 from collections.abc import Callable, Sequence
 
 from eomgen.frontends import articulated
-from eomgen.frontends.matrix import MatrixEquations
+from eomgen.frontends.matrix import Elements, MatrixEquations, dot
 from eomgen.frontends.mechanism import Mechanism, MechanismEquations, Moments
 from eomgen.ir.count import operations
 from eomgen.ir.derivative import Tape
-from eomgen.ir.equations import Equations, solve
+from eomgen.ir.equations import Equations, Vector
 from eomgen.ir.expr import Graph, Node
 
-Rows = list[list[Node]]
+Columns = Sequence[Vector]
+Weighted = Sequence[tuple[Node, Vector]]
 
 
 def jacobian(equations: Equations) -> list[Node]:
     """The derivatives of the accelerations by q, v and u, row by row, (n, 2 n + nu).
 
     They come from inverse dynamics: with r = M a + h - Q(u), ∂a/∂x = -M⁻¹ ∂r/∂x (Carpentier & Mansard 2018). The
-    residual is that of the method or of the matrix form of the same scene, whichever needs fewer operations.
+    residual is that of the method or of the matrix form of the same scene, differentiated on the graph or, for the
+    latter, in closed form: what needs fewest operations.
     """
-    return _flat(_cheaper(equations, lambda e: _jacobian(e, [*e.q, *e.v], inputs=True)))
+    forms = _forms(equations)
+    found = [_differentiated(e, [*e.q, *e.v], inputs=True) for e in forms]
+    matrix = forms[-1]
+    if isinstance(matrix, MatrixEquations):
+        found += [_closed(matrix, through) for through in (matrix.elimination.solve, matrix.elimination.product)]
+    return min(map(_flat, found), key=_cost)
 
 
 def parameter_jacobian(equations: Equations) -> list[Node]:
     """The derivatives of the accelerations by the parameters, row by row, (n, np)."""
-    return _flat(_cheaper(equations, lambda e: _jacobian(e, list(e.p), inputs=False)))
+    found = [_differentiated(e, list(e.p), inputs=False) for e in _forms(equations)]
+    return min(map(_flat, found), key=_cost)
 
 
-def _cheaper(equations: Equations, build: Callable[[Equations], Rows]) -> Rows:
-    found = build(equations)
+def _forms(equations: Equations) -> list[Equations]:
+    """The equations, and the matrix form of their scene."""
     if isinstance(equations, MechanismEquations) and not isinstance(equations, MatrixEquations):
-        other = build(MatrixEquations(equations.mechanism))
-        if operations(_flat(other)).total() < operations(_flat(found)).total():
-            return other
-    return found
+        return [equations, MatrixEquations(equations.mechanism)]
+    return [equations]
 
 
-def _flat(rows: Rows) -> list[Node]:
-    return [node for row in rows for node in row]
+def _flat(columns: Columns) -> list[Node]:
+    return [column[i] for i in range(len(columns[0])) for column in columns]
 
 
-def _jacobian(equations: Equations, wrt: Sequence[Node], inputs: bool) -> Rows:
-    graph, n, M = equations.graph, len(equations.q), equations.mass_matrix
+def _cost(nodes: list[Node]) -> int:
+    return operations(nodes).total()
+
+
+def _differentiated(equations: Equations, wrt: Sequence[Node], inputs: bool) -> Columns:
+    graph, M, solve = equations.graph, equations.mass_matrix, equations.elimination.solve
     right = [Q - h for Q, h in zip(equations.generalised_force(equations.u), equations.bias, strict=True)]
-    accelerations = solve(M, right, equations.elimination_order)
+    accelerations = solve(right)
     residual = [
         graph.sum(m * a for m, a in zip(row, accelerations, strict=True)) + h
         for row, h in zip(M, equations.bias, strict=True)
@@ -56,8 +66,81 @@ def _jacobian(equations: Equations, wrt: Sequence[Node], inputs: bool) -> Rows:
     if inputs:
         force = Tape(equations.generalised_force(equations.u))
         columns += [list(force.forward({u: graph.one})) for u in equations.u]
-    solved = [solve(M, column, equations.elimination_order) for column in columns]
-    return [[column[i] for column in solved] for i in range(n)]
+    return [solve(column) for column in columns]
+
+
+def _closed(equations: MatrixEquations, through: Callable[[Sequence[Node]], Vector]) -> Columns:
+    """The Jacobian of a scene in closed form.
+
+    Outside its own rows (φ and s of the link) link j enters r in products with cos(φ_i - φ_j) and sin(φ_i - φ_j), so
+    with the columns b of B over H, d of D over Λ, m of A over Eᵀ and e of E over G, there
+
+        ∂r/∂φ_j = b_j φ̈_j + d_j s̈_j - m_j φ̇_j² - e_j 2 φ̇_j ṡ_j        ∂r/∂φ̇_j = 2 (b_j φ̇_j + d_j ṡ_j)
+        ∂r/∂s_j = d_j φ̈_j - e_j φ̇_j²                                  ∂r/∂ṡ_j = 2 d_j φ̇_j
+
+    M⁻¹ b_j and M⁻¹ d_j serve two derivatives each. m_j and e_j are columns of M, so M⁻¹ times one without its own rows
+    is minus M⁻¹ times those in all rows but its own, where it is summed up since a difference would cancel. What is
+    left are few elements, of the own rows and of springs, times columns of M⁻¹.
+
+    Args:
+        equations: the matrix form.
+        through: M⁻¹ times a column.
+    """
+    graph, links, free = equations.graph, equations.mechanism.links, equations.mechanism.scene.free
+    zero, M, inverse = graph.zero, equations.mass_matrix, equations.elimination.inverse
+    length_of = {j: len(links) + k for k, j in enumerate(free)}
+    right = [Q - h for Q, h in zip(equations.generalised_force(equations.u), equations.bias, strict=True)]
+    a = equations.elimination.solve(right)
+    velocity, gravity, springs = (equations.bias_parts[name] for name in ("velocity", "gravity", "springs"))
+    moving = [dot(row, a) + h + g for row, h, g in zip(M, velocity, gravity, strict=True)]
+    tapes = [Tape([r], leaves=frozenset(a)) for r in moving]
+    spring_tape, force_tape = Tape(springs), Tape(equations.generalised_force(equations.u))
+
+    def away(upper: Elements, lower: Elements, j: int) -> Vector:
+        """A column without the rows of link j, negative."""
+        column = [row[j] for row in upper] + [lower[i][j] for i in free]
+        return tuple(zero if i in (j, length_of.get(j)) else -x for i, x in enumerate(column))
+
+    def combined(weighted: Weighted) -> Vector:
+        return tuple(dot([w for w, _ in weighted], [column[i] for _, column in weighted]) for i in range(len(M)))
+
+    def derivative(x: Node, own: list[int], weighted: Weighted, kept: dict[int, Node]) -> Vector:
+        """∂a/∂x from columns times weights, those of M (`kept`) without the rows `own`, and what is left of ∂r/∂x."""
+        left = [-y for y in spring_tape.forward({x: graph.one})]
+        for i in own:
+            left[i] = left[i] - tapes[i].forward({x: graph.one})[0]
+        undone = [y - graph.sum(M[i][k] * w for k, w in kept.items()) if i in own else y for i, y in enumerate(left)]
+        found = list(combined(weighted))
+        for i, row in enumerate(inverse):
+            if i in own:
+                rest = [zero if k in own else y for k, y in enumerate(row)]
+                found[i] = found[i] + graph.sum(w * dot(rest, M[k]) for k, w in kept.items())
+            found[i] = found[i] + dot(row, left if i in own else undone)
+        return tuple(found)
+
+    angles, lengths, rates, speeds = [], [], [], []
+    for j, link in enumerate(links):
+        b, d = away(equations.B, equations.H, j), away(equations.D, equations.Lambda, j)
+        spin, slide = link.rate, link.length_rate
+        square, mixed = spin * spin, 2 * (spin * slide)
+        own, kept, stretching = [j], {j: square}, link.length_acceleration
+        if link.free:
+            s = length_of[j]
+            own, kept, stretching = [j, s], {j: square, s: mixed}, a[s]
+        given = link.varies and not link.free
+        if not given:
+            b, d = through(b), through(d)
+        by_angle, by_rate = [(a[j], b), (stretching, d)], [(2 * spin, b), (2 * slide, d)]
+        if given:  # two sums, not three columns, one of which M does not have
+            by_angle.append((-mixed, away(equations.E, equations.G, j)))
+            by_angle, by_rate = ([(graph.one, through(combined(x)))] for x in (by_angle, by_rate))
+        angles.append(derivative(link.angle, own, by_angle, kept))
+        rates.append(derivative(link.rate, own, by_rate, {}))
+        if link.free:
+            lengths.append(derivative(link.length, own, [(a[j], d)], {s: square}))
+            speeds.append(derivative(link.length_rate, own, [(2 * spin, d)], {}))
+    exerted = [force_tape.forward({u: graph.one}) for u in equations.u]
+    return [*angles, *lengths, *rates, *speeds, *(tuple(dot(row, Q) for row in inverse) for Q in exerted)]
 
 
 class Regressor:

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from eomgen.errors import UnsupportedError
 from eomgen.ir.count import block_operations, operations, program_operations
 from eomgen.ir.derivative import Tape
-from eomgen.ir.equations import solve
+from eomgen.ir.equations import Elimination
 from eomgen.ir.expr import BINARY, UNARY, Graph, Node, reachable
 from eomgen.ir.interpret import Digits, Floats, PrimeField, evaluate, fingerprint, run
 from eomgen.ir.program import (
@@ -517,9 +517,11 @@ def test_pivots_of_digits(graph: Graph, pivot: int) -> None:
 def test_solve(graph: Graph, elimination: tuple[int, ...]) -> None:
     rows = [[graph.symbol(f"m{min(i, j)}{max(i, j)}") for j in range(4)] for i in range(4)]
     right = [graph.symbol(f"b{i}") for i in range(4)]
-    solution = solve(tuple(map(tuple, rows)), right, elimination)
-    product = [graph.sum(m * x for m, x in zip(row, solution, strict=True)) for row in rows]
-    assert fingerprint(product) == fingerprint(right)
+    factors = Elimination(tuple(map(tuple, rows)), elimination)
+    for solution in (factors.solve(right), factors.product(right)):
+        product = [graph.sum(m * x for m, x in zip(row, solution, strict=True)) for row in rows]
+        assert fingerprint(product) == fingerprint(right)
+    assert all(factors.inverse[i][j] is factors.inverse[j][i] for i in range(4) for j in range(4))
 
 
 def test_solve_keeps_zeros(graph: Graph) -> None:
@@ -528,7 +530,7 @@ def test_solve_keeps_zeros(graph: Graph) -> None:
     a, b, c, x, y = (graph.symbol(name) for name in "abcxy")
     matrix = ((a, x, y), (x, b, zero), (y, zero, c))
     right = [graph.symbol(f"r{i}") for i in range(3)]
-    few, many = (operations(solve(matrix, right, order)).total() for order in ((2, 1, 0), (0, 1, 2)))
+    few, many = (operations(Elimination(matrix, order).solve(right)).total() for order in ((2, 1, 0), (0, 1, 2)))
     assert few < many
 
 

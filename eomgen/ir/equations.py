@@ -89,6 +89,77 @@ class Symbols:
         return {node: Slot(name, i) for name, nodes in arrays.items() for i, node in enumerate(nodes)}
 
 
+class Elimination:
+    """LDLᵀ of a symmetric positive definite matrix without pivoting, skipping structural zeros.
+
+    With absolute angles an element of the mass matrix is nonzero only between a link and its ancestors, so
+    eliminating the deepest link first creates no new nonzeros (Featherstone 2008, section 6.5). Each pivot passes
+    `pivot_inverse` beside its own diagonal element.
+
+    Args:
+        matrix: symmetric, (n, n); only the elements at or before the pivot in the order are read.
+        order: the coordinates, the first to be eliminated first.
+    """
+
+    def __init__(self, matrix: Matrix, order: Sequence[int]) -> None:
+        self.graph = graph = matrix[0][0].graph
+        self.order = order
+        zero = graph.zero
+        rows = [list(row) for row in matrix]
+        self.pivots: dict[int, Node] = {}  # inverted
+        self.columns: dict[int, list[tuple[int, Node]]] = {}  # of L
+        for step, k in enumerate(order):
+            inverse = self.pivots[k] = graph.pivot_inverse(rows[k][k], matrix[k][k])
+            column = [(i, rows[k][i]) for i in order[step + 1 :] if rows[k][i] is not zero]
+            self.columns[k] = [(i, element * inverse) for i, element in column]
+            for position, (i, factor) in enumerate(self.columns[k]):
+                for j, other in column[position:]:
+                    rows[j][i] = rows[i][j] = rows[i][j] - factor * other
+        # A pivot that fails makes all that is coupled to it NaN; what is coupled to nothing is told by a factor of one.
+        coupled = {i for k, column in self.columns.items() if column for i in (k, *(pivot for pivot, _ in column))}
+        alone = [k for k in order if k not in coupled]
+        self.tests = {k: [matrix[pivot][pivot] * self.pivots[pivot] for pivot in alone if pivot != k] for k in alone}
+
+    def solve(self, right: Sequence[Node]) -> Vector:
+        """The solution for a right-hand side, (n,)."""
+        total = self.graph.sum
+        b = list(right)
+        for k in self.order:
+            for i, factor in self.columns[k]:
+                b[i] = b[i] - factor * b[k]
+        solution: dict[int, Node] = {}
+        for k in reversed(self.order):
+            solution[k] = b[k] * self.pivots[k] - total(factor * solution[i] for i, factor in self.columns[k])
+        for k, tests in self.tests.items():
+            for test in tests:
+                solution[k] = solution[k] * test
+        return tuple(solution[k] for k in range(len(b)))
+
+    def product(self, right: Sequence[Node]) -> Vector:
+        """The same by the inverse: fewer operations for several dense right-hand sides."""
+        zero = self.graph.zero
+        return tuple(
+            self.graph.sum(x * y for x, y in zip(row, right, strict=True) if y is not zero) for row in self.inverse
+        )
+
+    @cached_property
+    def inverse(self) -> Matrix:
+        """The inverse of the matrix, (n, n), each pair of equal elements once (Takahashi et al. 1973)."""
+        graph, n = self.graph, len(self.order)
+        found = [[graph.zero] * n for _ in range(n)]
+        done: list[int] = []
+        for k in reversed(self.order):
+            factors = self.columns[k]
+            for j in done:
+                found[k][j] = found[j][k] = -graph.sum(factor * found[i][j] for i, factor in factors)
+            found[k][k] = self.pivots[k] - graph.sum(factor * found[i][k] for i, factor in factors)
+            done.append(k)
+        for k, tests in self.tests.items():
+            for test in tests:
+                found[k][k] = found[k][k] * test
+        return tuple(map(tuple, found))
+
+
 class Equations:
     """The common symbolic result of every method; a front end fills it by overriding.
 
@@ -171,7 +242,12 @@ class Equations:
     def forward_dynamics(self) -> Vector:
         """Accelerations a of M a = Q(u) - h, by elimination of the deepest coordinate first."""
         right = [Q - h for Q, h in zip(self.generalised_force(self.u), self.bias, strict=True)]
-        return solve(self.mass_matrix, right, self.elimination_order)
+        return self.elimination.solve(right)
+
+    @lazy
+    def elimination(self) -> Elimination:
+        """The factors of M."""
+        return Elimination(self.mass_matrix, self.elimination_order)
 
     @property
     def elimination_order(self) -> Sequence[int]:
@@ -187,46 +263,3 @@ class Equations:
             for row, h in zip(self.mass_matrix, self.bias, strict=True)
         ]
         return self.inputs_for(force)
-
-
-def solve(matrix: Matrix, right: Sequence[Node], order: Sequence[int]) -> Vector:
-    """Solves a symmetric positive definite system by LDLᵀ without pivoting, skipping structural zeros.
-
-    With absolute angles an element of the mass matrix is nonzero only between a link and its ancestors, so
-    eliminating the deepest link first creates no new nonzeros (Featherstone 2008, section 6.5).
-
-    Args:
-        matrix: symmetric, (n, n); only the elements at or before the pivot in the order are read.
-        right: right-hand side, (n,).
-        order: the coordinates, the first to be eliminated first.
-
-    Returns:
-        The solution, (n,). Each pivot passes `pivot_inverse` beside its own diagonal element.
-    """
-    graph = right[0].graph
-    zero = graph.zero
-    rows = [list(row) for row in matrix]
-    b = list(right)
-    inverse: dict[int, Node] = {}
-    columns: dict[int, list[tuple[int, Node]]] = {}
-    for step, k in enumerate(order):
-        inverse[k] = graph.pivot_inverse(rows[k][k], matrix[k][k])
-        scaled = b[k] * inverse[k]
-        columns[k] = [(i, rows[k][i]) for i in order[step + 1 :] if rows[k][i] is not zero]
-        for position, (i, element) in enumerate(columns[k]):
-            factor = element * inverse[k]
-            for j, other in columns[k][position:]:
-                rows[j][i] = rows[i][j] = rows[i][j] - factor * other
-            b[i] = b[i] - element * scaled
-    solution: dict[int, Node] = {}
-    for k in reversed(order):
-        known = graph.sum(element * solution[i] for i, element in columns[k])
-        solution[k] = (b[k] - known) * inverse[k]
-    # A pivot that fails makes all that is coupled to it NaN; what is coupled to nothing is told by a factor of one.
-    coupled = {i for k, column in columns.items() if column for i in (k, *(pivot for pivot, _ in column))}
-    alone = [k for k in order if k not in coupled]
-    for k in alone:
-        for pivot in alone:
-            if pivot != k:
-                solution[k] = solution[k] * (matrix[pivot][pivot] * inverse[pivot])
-    return tuple(solution[k] for k in range(len(b)))
