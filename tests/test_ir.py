@@ -263,7 +263,7 @@ def test_deep_programs(deep: tuple[Node, Node, Node]) -> None:
     program = a_program([total], {x: Place("q", (0,)), y: Place("q", (1,))})
     pieces = chunk.run(hoist.run(program))
     verify(pieces)
-    assert len(pieces.blocks) == DEPTH // chunk.LIMIT
+    assert len(pieces.blocks) == -(-DEPTH // chunk.LIMIT)
     assert run(pieces, {"q": [5, 2], "p": []}, PrimeField()) == [5 + 2 * DEPTH]
     text = dump(program)
     assert text.count(" + ") == DEPTH
@@ -803,13 +803,13 @@ def test_dump(graph: Graph) -> None:
         "f (2),(1)->(5): a function",
         "  all",
         "    t0 = q0 * q1",
+        "    out[0] = t0 + 1/3",
+        "    out[1] = -((t0 - p0) / (q0 - 2))",
         "    s1 = sin(q0)",
         "    c1 = cos(q0)",
         "    t2 = sqrt(p0)",
-        "    t3 = 1 / (q0 + q1)",
-        "    out[0] = t0 + 1/3",
-        "    out[1] = -((t0 - p0) / (q0 - 2))",
         "    out[2] = s1 * c1 - t2",
+        "    t3 = 1 / (q0 + q1)",
         "    out[3] = (-3) * t3",
         "    out[4] = q0 - (q1 - p0)",
     ]

@@ -12,7 +12,7 @@ from fractions import Fraction
 from typing import NamedTuple, Protocol
 
 from eomgen.ir.expr import Node
-from eomgen.ir.program import Block, Place
+from eomgen.ir.program import Block, Place, Store
 from eomgen.ir.schedule import order
 
 NAMED = ("pivot_inverse", "sqrt", "exp", "log")
@@ -68,13 +68,18 @@ class Printer(Protocol):
     def sincos(self, sines: list[Sine]) -> list[str]: ...
 
 
-def statements(block: Block, printer: Printer, index: Callable[[Node], str]) -> tuple[list[str], dict[Node, Text]]:
-    """The statements of a block, and the texts of the nodes it stores.
+def statements(
+    block: Block, printer: Printer, index: Callable[[Node], str], put: Callable[[Store, Text], str]
+) -> list[str]:
+    """The statements of a block.
+
+    A value is stored as soon as it is computed, so that it need not be kept, unless the block loads from the array.
 
     Args:
         block: the block.
         printer: the rules of the language.
         index: the text of the index at which a loaded node is found.
+        put: the statement of a store.
     """
     nodes = order(block)
     uses: dict[Node, int] = {}
@@ -133,18 +138,27 @@ def statements(block: Block, printer: Printer, index: Callable[[Node], str]) -> 
     def at_hand(angle: Node) -> bool:
         return angle in block.loads or all(arg in block.loads for arg in angle.args)
 
+    loaded = {place.array for place in block.loads.values()}
+    early: dict[Node, list[Store]] = {}
+    last: list[Store] = []
+    for store in block.stores:
+        known = store.node in block.loads or not store.node.args
+        if known or store.add or store.place.array in loaded:
+            last.append(store)
+        else:
+            early.setdefault(store.node, []).append(store)
+
     # Angles whose sines are still to come, in the order of their first use.
     angles = list(dict.fromkeys(node.args[0] for node in nodes if node.op in ("sin", "cos")))
     for node in nodes:
-        if node in texts:
-            continue
-        if node.op in ("sin", "cos"):
+        if node.op in ("sin", "cos") and node not in texts:
             group = [angles[0], *filter(at_hand, angles[1:])][: printer.sines]
             angles = [angle for angle in angles if angle not in group]
             lines += printer.sincos([sine_of(angle) for angle in group])
-            continue
-        compute(node)
-    return lines, {store.node: text_of(store.node) for store in block.stores}
+        elif node not in texts:
+            compute(node)
+        lines += [put(store, texts[node]) for store in early.get(node, ())]
+    return lines + [put(store, text_of(store.node)) for store in last]
 
 
 def wrapped(text: Text, rank: int) -> str:

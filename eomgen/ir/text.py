@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from eomgen.ir.expr import Node
-from eomgen.ir.program import Block, Place, Program, Turns
+from eomgen.ir.program import Block, Place, Program, Store, Turns
 from eomgen.ir.statements import Sine, Text, arithmetic, infix, statements
 
 
@@ -70,11 +70,11 @@ def _block(block: Block, inputs: set[str]) -> list[str]:
         place = block.loads[node]
         return node.name if not block.looped and place.array in inputs and node.name else place_text(place)
 
-    found, texts = statements(block, PlainPrinter(), name)
+    def put(store: Store, value: Text) -> str:
+        return f"{place_text(store.place)} {'+=' if store.add else '='} {value.text}"
+
+    found = statements(block, PlainPrinter(), name, put)
     title = f"  {block.title}" + (f", k = 0..{block.count - 1}" if block.looped else "")
     if block.inner:
         title += f", i = {index(block.inner.first, 'k')}, then {index(block.inner.following, 'i')}"
-    stores = [
-        f"    {place_text(store.place)} {'+=' if store.add else '='} {texts[store.node].text}" for store in block.stores
-    ]
-    return [title, *(f"    {line}" for line in found), *stores]
+    return [title, *(f"    {line}" for line in found)]

@@ -12,7 +12,7 @@ from eomgen.ir.expr import Node
 from eomgen.ir.program import Array, Block, Place, Program, Step, Store, Turns, needed
 from eomgen.ir.schedule import order
 
-LIMIT = 400
+LIMIT = 600
 
 
 def run(program: Program, limit: int = LIMIT) -> Program:

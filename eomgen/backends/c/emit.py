@@ -11,7 +11,7 @@ from eomgen.backends.c import template
 from eomgen.backends.c.arithmetic import ARITHMETIC, STREAMS, Arithmetic
 from eomgen.backends.c.printer import CPrinter, HighPrinter, Kind
 from eomgen.backends.package import init_source, legend, package_files, rollout_signature
-from eomgen.ir.program import Array, Block, Program, Step, Turns, parts
+from eomgen.ir.program import Array, Block, Program, Step, Store, Turns, parts
 from eomgen.ir.statements import Indices, Text, decimal, statements
 from eomgen.model import Model
 
@@ -210,7 +210,7 @@ def _list(block: Block, printer: CPrinter | HighPrinter) -> list[str]:
 def _body(
     block: Block, printer: CPrinter | HighPrinter, passing: Container[str] | None = None
 ) -> tuple[list[str], list[str]]:
-    """The tables of indices of a block, and its lines for one iteration: statements, then stores.
+    """The tables of indices of a block, and its lines for one iteration.
 
     Args:
         block: the block.
@@ -218,17 +218,14 @@ def _body(
         passing: in a loop, the arrays that carry a value from an iteration to the next.
     """
     indices = Indices(block)
-    lines, texts = statements(block, printer, indices.of)
-    if passing is None:
-        passing = ()
-        lines = [*map(printer.enter, _entering(block, printer)), *lines]
-    for store in block.stores:
-        array, value = store.place.array, texts[store.node]
-        if array in passing:
-            lines.append(printer.leave(array, value))
-        else:
-            lines.append(printer.store(array, indices.at(store.place), value, store.add))
-    lines = _fetching(lines)
+
+    def put(store: Store, value: Text) -> str:
+        if passing and store.place.array in passing:
+            return printer.leave(store.place.array, value)
+        return printer.store(store.place.array, indices.at(store.place), value, store.add)
+
+    entering = _entering(block, printer) if passing is None else []
+    lines = _fetching([*map(printer.enter, entering), *statements(block, printer, indices.of, put)])
     if block.inner:
         first, following = indices.text(block.inner.first, "k"), indices.text(block.inner.following, "i")
         lines = [f"for (int i = {first}; i >= 0; i = {following}) {{", *(f"    {line}" for line in lines), "}"]

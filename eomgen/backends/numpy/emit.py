@@ -7,8 +7,8 @@ from pathlib import Path
 from eomgen.backends.numpy import template
 from eomgen.backends.numpy.printer import NumPyPrinter
 from eomgen.backends.package import init_source, package_files
-from eomgen.ir.program import Block, Program, Step, Turns, parts
-from eomgen.ir.statements import Indices, statements
+from eomgen.ir.program import Block, Program, Step, Store, Turns, parts
+from eomgen.ir.statements import Indices, Text, statements
 from eomgen.model import Model
 
 RUNTIME = Path(__file__).parent / "runtime" / "_gufunc.py"
@@ -97,13 +97,14 @@ def _step(step: Step, printer: NumPyPrinter) -> list[str]:
 def _body(block: Block, printer: NumPyPrinter, suffix: str = "") -> tuple[list[str], list[str]]:
     """The tables of indices of a block, and its lines for one iteration."""
     indices = Indices(block, suffix)
-    lines, texts = statements(block, printer, indices.of)
-    entering = sorted({place.array for place in block.loads.values()} & printer.carried)
-    lines = [*(f"{printer.load(array, '0')} = {array}[0]" for array in entering), *lines]
-    for store in block.stores:
+
+    def put(store: Store, value: Text) -> str:
         target = f"{store.place.array}[{indices.at(store.place)}]"
-        value = texts[store.node].text
-        lines.append(f"{target} = {target} + {value}" if store.add else f"{target} = {value}")
+        return f"{target} = {target} + {value.text}" if store.add else f"{target} = {value.text}"
+
+    entering = sorted({place.array for place in block.loads.values()} & printer.carried)
+    lines = [f"{printer.load(array, '0')} = {array}[0]" for array in entering]
+    lines += statements(block, printer, indices.of, put)
     if block.inner:
         first, following = indices.text(block.inner.first, "k"), indices.text(block.inner.following, "i")
         step = [*lines, f"i = {following}"]

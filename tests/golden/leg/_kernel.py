@@ -14,16 +14,16 @@ def _forward_dynamics_constants(xp, number, p):
     # constants of accelerations a of M a + h = Q(u)
     t0 = p[7] * p[9]
     t1 = p[8] * p[10]
+    c[0] = t0 + t1
+    c[1] = p[9] * t0 + p[10] * t1
     t2 = p[7] + p[8]
+    c[2] = t2
     t3 = p[0] * p[3]
     t4 = p[1] * p[4]
     t5 = p[2] * p[5]
     t6 = t3 + t4 + t5
-    t7 = p[3] * t3 + p[4] * t4 + p[5] * t5
-    c[0] = t0 + t1
-    c[1] = p[9] * t0 + p[10] * t1
-    c[2] = t2
     c[3] = t6
+    t7 = p[3] * t3 + p[4] * t4 + p[5] * t5
     c[4] = t7
     c[5] = t2 + t6
     c[6] = t2 + t7
@@ -69,10 +69,10 @@ def _forward_dynamics(xp, number, q, v, u, w, p, c):
     t30 = p[6] * v[2] + t24 * (t12 * c[0]) - (t28 * t23 + t19 * t27) + w[2] * (t4 * c[0]) + p[11] * (s2 * c[5])
     t31 = u[2] - t30 - t29 * t14
     t32 = t18 * (u[0] - u[1] - t26 - t29 * t11 + t17 * t31)
-    t33 = t16 * t31 + t17 * t32
     out[0] = t32
-    out[1] = t29 * t10 - (t14 * t33 + t11 * t32)
+    t33 = t16 * t31 + t17 * t32
     out[2] = t33
+    out[1] = t29 * t10 - (t14 * t33 + t11 * t32)
     return out
 
 
@@ -96,16 +96,16 @@ def _inverse_dynamics_constants(xp, number, p):
     # constants of inputs u that give the accelerations a
     t0 = p[7] * p[9]
     t1 = p[8] * p[10]
+    c[0] = t0 + t1
+    c[1] = p[9] * t0 + p[10] * t1
     t2 = p[7] + p[8]
+    c[2] = t2
     t3 = p[0] * p[3]
     t4 = p[1] * p[4]
     t5 = p[2] * p[5]
     t6 = t3 + t4 + t5
-    t7 = p[3] * t3 + p[4] * t4 + p[5] * t5
-    c[0] = t0 + t1
-    c[1] = p[9] * t0 + p[10] * t1
-    c[2] = t2
     c[3] = t6
+    t7 = p[3] * t3 + p[4] * t4 + p[5] * t5
     c[4] = t7
     c[5] = t2 + t6
     c[6] = t2 + t7
@@ -140,9 +140,9 @@ def _inverse_dynamics(xp, number, q, v, a, w, p, c):
     t19 = v[0] * v[0]
     t20 = t3 * t4
     t21 = t7 * t17 + t11 * t18 - t19 * t6 + p[11] * (c1 * t4) + a[0] * t15 + a[1] * (w[0] * t18) + a[2] * t20
-    t22 = p[6] * v[2] + t11 * (t3 * c[0]) - (t19 * t10 + t0 * t17) + w[2] * (t12 * c[0]) + p[11] * (s2 * c[5])
-    out[0] = t16 + t21
     out[1] = t21
+    out[0] = t16 + t21
+    t22 = p[6] * v[2] + t11 * (t3 * c[0]) - (t19 * t10 + t0 * t17) + w[2] * (t12 * c[0]) + p[11] * (s2 * c[5])
     out[2] = t22 + a[1] * t20 + a[2] * c[6]
     return out
 
@@ -167,11 +167,11 @@ def _mass_matrix_constants(xp, number, p):
     # constants of mass matrix M
     t0 = p[7] * p[9]
     t1 = p[8] * p[10]
-    t2 = p[7] + p[8]
-    t3 = p[3] * (p[0] * p[3]) + p[4] * (p[1] * p[4]) + p[5] * (p[2] * p[5])
     c[0] = t0 + t1
     c[1] = p[9] * t0 + p[10] * t1
+    t2 = p[7] + p[8]
     c[2] = t2
+    t3 = p[3] * (p[0] * p[3]) + p[4] * (p[1] * p[4]) + p[5] * (p[2] * p[5])
     c[3] = t3
     c[4] = t2 + t3
     return (c,)
@@ -181,21 +181,21 @@ def _mass_matrix(xp, number, q, w, p, c):
     c, = c
     out = [0.0] * 9
     # mass matrix M
+    out[0] = q[2] * (q[2] * c[3]) + c[2] * (q[2] * q[2])
     s0 = xp.sin(q[0])
     c0 = xp.cos(q[0])
     s1 = xp.sin(q[1])
     c1 = xp.cos(q[1])
     t2 = w[0] * c[0]
     t3 = (c0 * c1 + s0 * s1) * (q[2] * t2)
-    t4 = (c1 * s0 - c0 * s1) * t2
-    out[0] = q[2] * (q[2] * c[3]) + c[2] * (q[2] * q[2])
     out[1] = t3
-    out[2] = 0.0
     out[3] = t3
     out[4] = w[0] * (w[0] * c[1])
+    t4 = (c1 * s0 - c0 * s1) * t2
     out[5] = t4
-    out[6] = 0.0
     out[7] = t4
+    out[2] = 0.0
+    out[6] = 0.0
     out[8] = c[4]
     return out
 
@@ -220,14 +220,14 @@ def _bias_constants(xp, number, p):
     # constants of bias h: M a + h = Q(u)
     t0 = p[7] * p[9]
     t1 = p[8] * p[10]
+    c[0] = t0 + t1
+    c[1] = p[9] * t0 + p[10] * t1
     t2 = p[7] + p[8]
+    c[2] = t2
     t3 = p[0] * p[3]
     t4 = p[1] * p[4]
     t5 = p[2] * p[5]
     t6 = t3 + t4 + t5
-    c[0] = t0 + t1
-    c[1] = p[9] * t0 + p[10] * t1
-    c[2] = t2
     c[3] = t6
     c[4] = p[3] * t3 + p[4] * t4 + p[5] * t5
     c[5] = t2 + t6
@@ -253,11 +253,11 @@ def _bias(xp, number, q, v, w, p, c):
     t10 = c2 * c1 + s2 * s1
     t11 = q[2] * c[0]
     t12 = t0 * t5 + t6 * t8 + t9 * (t10 * t11) - w[2] * (t3 * t11) + p[11] * (c2 * (q[2] * c[3] + t7))
+    out[0] = t12
     t13 = t10 * t4
     t14 = v[0] * v[0]
-    t15 = p[6] * v[2] + t9 * (t3 * c[0]) - (t14 * t8 + t0 * t13) + w[2] * (t10 * c[0]) + p[11] * (s2 * c[5])
-    out[0] = t12
     out[1] = t6 * t13 + t9 * (w[0] * c[1]) - t14 * t5 + p[11] * (c1 * t4)
+    t15 = p[6] * v[2] + t9 * (t3 * c[0]) - (t14 * t8 + t0 * t13) + w[2] * (t10 * c[0]) + p[11] * (s2 * c[5])
     out[2] = t15
     return out
 
@@ -282,15 +282,15 @@ def _energy_constants(xp, number, p):
     # constants of kinetic and potential energy, J
     t0 = p[7] * p[9]
     t1 = p[8] * p[10]
+    c[0] = t0 + t1
+    c[1] = p[9] * t0 + p[10] * t1
     t2 = p[7] + p[8]
+    c[2] = t2
     t3 = p[0] * p[3]
     t4 = p[1] * p[4]
     t5 = p[2] * p[5]
-    t6 = p[3] * t3 + p[4] * t4 + p[5] * t5
-    c[0] = t0 + t1
-    c[1] = p[9] * t0 + p[10] * t1
-    c[2] = t2
     c[3] = t3 + t4 + t5
+    t6 = p[3] * t3 + p[4] * t4 + p[5] * t5
     c[4] = t6
     c[5] = t2 + t6
     return (c,)
@@ -379,11 +379,11 @@ def _joints(xp, number, q, w, p, c):
     s0 = xp.sin(q[0])
     c0 = xp.cos(q[0])
     t1 = q[2] * c0
+    out[0] = t1
     t2 = q[2] * s0
+    out[1] = t2
     s3 = xp.sin(q[1])
     c3 = xp.cos(q[1])
-    out[0] = t1
-    out[1] = t2
     out[2] = t1 + w[0] * c3
     out[3] = t2 + w[0] * s3
     return out

@@ -38,6 +38,7 @@ def _forward_dynamics_constants(xp, number, p):
         t5 = t4 * t4
         t6 = pivot_inverse(xp, t5, t5)
         t7 = t4 * t6
+        kept0[1 - k] = t7
         t8 = p[16 - 6 * k] - p[15 - 6 * k]
         t9 = p[17 - 6 * k] - p[15 - 6 * k]
         t10 = p[17 - 6 * k] - p[16 - 6 * k]
@@ -46,10 +47,9 @@ def _forward_dynamics_constants(xp, number, p):
         t13 = p[17 - 6 * k] - 1.0
         t14 = 2.0 * (p[12 - 6 * k] * p[13 - 6 * k] * (t8 * t8) + p[12 - 6 * k] * p[14 - 6 * k] * (t9 * t9) + p[13 - 6 * k] * p[14 - 6 * k] * (t10 * t10)) + inertia_p_up[2 - k] * (p[12 - 6 * k] * (t11 * t11) + p[13 - 6 * k] * (t12 * t12) + p[14 - 6 * k] * (t13 * t13))
         t15 = t7 * (t0 + t1 + t2 + t3)
-        inertia_p_up[1 - k] = t7 * t14
-        kept0[1 - k] = t7
         kept1[1 - k] = t15
         c[1 + k] = t15
+        inertia_p_up[1 - k] = t7 * t14
     # constants of link1, root to tips
     t0 = p[0] * p[3]
     t1 = p[1] * p[4]
@@ -96,18 +96,18 @@ def _forward_dynamics(xp, number, q, v, u, p, c):
     t1 = q[3] - q[2]
     s2 = xp.sin(t1)
     c2 = xp.cos(t1)
+    kept9[0] = c2
     t3 = q[7] * q[7]
     t4 = pivot_inverse(xp, t3, t3)
     t5 = q[7] * t4
+    kept7[0] = t5
     t6 = u[3] * t5
+    kept8[0] = t6
     t7 = c[0] * t6
+    kept10[0] = s2
     force_u_up[0] = t0 * c2 - t7 * s2
     force_n_up[0] = t0 * s2 + t7 * c2
     torque_up[0] = u[3]
-    kept7[0] = t5
-    kept8[0] = t6
-    kept9[0] = c2
-    kept10[0] = s2
     # link2 to link3, tips to root
     for k in range(2):
         force_n_up_in = force_n_up[0]
@@ -116,21 +116,21 @@ def _forward_dynamics(xp, number, q, v, u, p, c):
         t0 = q[2 - k] - q[1 - k]
         s1 = xp.sin(t0)
         c1 = xp.cos(t0)
+        kept5[1 - k] = c1
         t2 = u[6 - k] - force_u_up_in
+        kept3[1 - k] = t2
         t3 = force_u_up_in + c[1 + k] * t2
+        kept6[1 - k] = s1
         t4 = q[6 - k] * q[6 - k]
         t5 = pivot_inverse(xp, t4, t4)
         t6 = q[6 - k] * t5
+        kept2[1 - k] = t6
         t7 = t6 * (u[2 - k] - torque_up_in) - force_n_up_in
+        kept4[1 - k] = t7
         t8 = force_n_up_in + c[1 + k] * t7
         force_u_up[0] = c1 * t3 - s1 * t8
         force_n_up[0] = s1 * t3 + c1 * t8
         torque_up[0] = u[2 - k]
-        kept2[1 - k] = t6
-        kept3[1 - k] = t2
-        kept4[1 - k] = t7
-        kept5[1 - k] = c1
-        kept6[1 - k] = s1
     # link1, root to tips
     force_n_up_in = force_n_up[0]
     force_u_up_in = force_u_up[0]
@@ -139,12 +139,12 @@ def _forward_dynamics(xp, number, q, v, u, p, c):
     c0 = xp.cos(q[0])
     t1 = p[24] * s0
     t2 = c[3] * (u[4] - force_u_up_in) - c[4] * t1
+    acceleration_u_down1[0] = t1 + t2
     t3 = p[24] * c0
     t4 = q[4] * q[4]
     t5 = pivot_inverse(xp, t4, t4)
     t6 = q[4] * t5
     t7 = c[3] * (t6 * (u[0] - torque_up_in) - force_n_up_in) - c[4] * t3
-    acceleration_u_down1[0] = t1 + t2
     acceleration_n_down1[0] = t3 + t7
     out[0] = t6 * (t7 - 2.0 * (v[0] * v[4]))
     out[4] = t2 + q[4] * t6 * (q[4] * (v[0] * v[0]))
@@ -156,10 +156,10 @@ def _forward_dynamics(xp, number, q, v, u, p, c):
         t1 = kept0[k] * kept3[k] - kept1[k] * t0
         t2 = kept5[k] * acceleration_n_down1_in - kept6[k] * acceleration_u_down1_in
         t3 = kept0[k] * kept4[k] - kept1[k] * t2
-        acceleration_u_down1[0] = t0 + t1
-        acceleration_n_down1[0] = t2 + t3
         out[1 + k] = kept2[k] * (t3 - 2.0 * (v[1 + k] * v[5 + k]))
         out[5 + k] = t1 + q[5 + k] * kept2[k] * (q[5 + k] * (v[1 + k] * v[1 + k]))
+        acceleration_u_down1[0] = t0 + t1
+        acceleration_n_down1[0] = t2 + t3
     # link4, root to tips
     acceleration_n_down1_in = acceleration_n_down1[0]
     acceleration_u_down1_in = acceleration_u_down1[0]
@@ -188,10 +188,10 @@ def _mass_matrix_constants(xp, number, p):
     c = [0.0] * 14
     hung_mass_up = [0.0] * 4
     # constants of link4, tips to root
+    hung_mass_up[2] = p[20] + p[18] + p[19]
     t0 = p[18] * p[21]
     t1 = p[19] * p[22]
     t2 = p[20] * p[23]
-    hung_mass_up[2] = p[20] + p[18] + p[19]
     c[0] = t0 + t1 + t2
     c[1] = p[21] * t0 + p[22] * t1 + p[23] * t2
     # constants of link2 to link3, tips to root
@@ -200,19 +200,19 @@ def _mass_matrix_constants(xp, number, p):
         t1 = p[13 - 6 * k] * p[16 - 6 * k]
         t2 = p[14 - 6 * k] * p[17 - 6 * k]
         t3 = t0 + t1 + t2
-        t4 = p[15 - 6 * k] * t0 + p[16 - 6 * k] * t1 + p[17 - 6 * k] * t2
-        hung_mass_up[1 - k] = hung_mass_up[2 - k] + p[14 - 6 * k] + p[12 - 6 * k] + p[13 - 6 * k]
         c[2 + k] = t3
+        t4 = p[15 - 6 * k] * t0 + p[16 - 6 * k] * t1 + p[17 - 6 * k] * t2
         c[4 + k] = t4
         c[6 + k] = hung_mass_up[2 - k] + t3
         c[8 + k] = hung_mass_up[2 - k] + t4
+        hung_mass_up[1 - k] = hung_mass_up[2 - k] + p[14 - 6 * k] + p[12 - 6 * k] + p[13 - 6 * k]
     # constants of link1, tips to root
     t0 = p[0] * p[3]
     t1 = p[1] * p[4]
     t2 = p[2] * p[5]
     t3 = t0 + t1 + t2
-    t4 = p[3] * t0 + p[4] * t1 + p[5] * t2
     c[10] = t3
+    t4 = p[3] * t0 + p[4] * t1 + p[5] * t2
     c[11] = t4
     c[12] = hung_mass_up[0] + t3
     c[13] = hung_mass_up[0] + t4
@@ -230,50 +230,50 @@ def _mass_matrix(xp, number, q, p, c):
     for k in range(64):
         out[k] = 0.0
     # link4, tips to root
+    out[27] = q[7] * (q[7] * c[1])
     s0 = xp.sin(q[3])
     c0 = xp.cos(q[3])
-    t1 = q[7] * c[0]
-    out[27] = q[7] * (q[7] * c[1])
+    end_y[7] = s0
     end_x[3] = -(q[7] * s0)
+    end_x[7] = c0
     end_y[3] = q[7] * c0
+    t1 = q[7] * c[0]
     force_x[3] = -(t1 * s0)
     force_y[3] = t1 * c0
-    out[63] = c[1]
-    end_x[7] = c0
-    end_y[7] = s0
     force_x[7] = c[0] * c0
     force_y[7] = c[0] * s0
+    out[63] = c[1]
     # link2 to link3, tips to root
     for k in range(2):
         t0 = q[6 - k] * hung_mass_up[2 - k]
+        out[18 - 9 * k] = q[6 - k] * (q[6 - k] * c[4 + k]) + q[6 - k] * t0
         s1 = xp.sin(q[2 - k])
         c1 = xp.cos(q[2 - k])
-        t2 = q[6 - k] * c[2 + k] + t0
-        out[18 - 9 * k] = q[6 - k] * (q[6 - k] * c[4 + k]) + q[6 - k] * t0
+        end_y[6 - k] = s1
         end_x[2 - k] = -(q[6 - k] * s1)
+        end_x[6 - k] = c1
         end_y[2 - k] = q[6 - k] * c1
+        t2 = q[6 - k] * c[2 + k] + t0
         force_x[2 - k] = -(s1 * t2)
         force_y[2 - k] = c1 * t2
-        out[54 - 9 * k] = c[8 + k]
-        end_x[6 - k] = c1
-        end_y[6 - k] = s1
         force_x[6 - k] = c1 * c[6 + k]
         force_y[6 - k] = s1 * c[6 + k]
+        out[54 - 9 * k] = c[8 + k]
     # link1, tips to root
     t0 = q[4] * hung_mass_up[0]
+    out[0] = q[4] * (q[4] * c[11]) + q[4] * t0
     s1 = xp.sin(q[0])
     c1 = xp.cos(q[0])
-    t2 = q[4] * c[10] + t0
-    out[0] = q[4] * (q[4] * c[11]) + q[4] * t0
+    end_y[4] = s1
     end_x[0] = -(q[4] * s1)
+    end_x[4] = c1
     end_y[0] = q[4] * c1
+    t2 = q[4] * c[10] + t0
     force_x[0] = -(s1 * t2)
     force_y[0] = c1 * t2
-    out[36] = c[13]
-    end_x[4] = c1
-    end_y[4] = s1
     force_x[4] = c1 * c[12]
     force_y[4] = s1 * c[12]
+    out[36] = c[13]
     # pairs of links
     at0 = (-1, 0, 1, 2, -1, 0, 1, 2)
     at1 = (4, 5, 6, 7, -1, 0, 1, 2)
@@ -341,11 +341,11 @@ def _energy(xp, number, q, v, p, c):
     # link1, root to tips
     s0 = xp.sin(q[0])
     c0 = xp.cos(q[0])
-    t1 = v[0] * q[4]
-    t2 = 0.5 * (v[0] * (v[0] * (q[4] * (q[4] * c[1]))) + v[4] * (v[4] * c[1]))
     height_down[0] = q[4] * s0
+    t1 = v[0] * q[4]
     velocity_x_down[0] = v[4] * c0 - s0 * t1
     velocity_y_down[0] = v[4] * s0 + c0 * t1
+    t2 = 0.5 * (v[0] * (v[0] * (q[4] * (q[4] * c[1]))) + v[4] * (v[4] * c[1]))
     sum[0] = sum[0] + t2
     sum[1] = sum[1] + p[24] * (s0 * (q[4] * c[0]))
     # link2 to link3, root to tips

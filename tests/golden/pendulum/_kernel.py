@@ -14,9 +14,9 @@ def _forward_dynamics_constants(xp, number, p):
     # constants of accelerations a of M a + h = Q(u)
     t0 = 0.5 * p[1]
     t1 = p[0] * t0
+    c[0] = t1
     t2 = p[1] * (p[0] * p[1]) / 12.0 + t0 * t1
     t3 = pivot_inverse(xp, t2, t2)
-    c[0] = t1
     c[1] = t3
     return (c,)
 
@@ -156,9 +156,9 @@ def _energy(xp, number, q, v, p, c):
     c, = c
     out = [0.0] * 2
     # kinetic and potential energy, J
+    out[0] = 0.5 * (v[0] * (v[0] * c[1]))
     s0 = xp.sin(q[0])
     t1 = q[0] - p[3]
-    out[0] = 0.5 * (v[0] * (v[0] * c[1]))
     out[1] = p[4] * (c[0] * s0) + c[2] * (t1 * t1)
     return out
 

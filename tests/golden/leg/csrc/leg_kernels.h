@@ -66,16 +66,16 @@ EOM_LINKAGE void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *r
 {
     pack t0; EACH t0[h] = p[7] * p[9];
     pack t1; EACH t1[h] = p[8] * p[10];
+    EACH c[0] = t0[h] + t1[h];
+    EACH c[1] = FMA(p[9], t0[h], p[10] * t1[h]);
     pack t2; EACH t2[h] = p[7] + p[8];
+    EACH c[2] = t2[h];
     pack t3; EACH t3[h] = p[0] * p[3];
     pack t4; EACH t4[h] = p[1] * p[4];
     pack t5; EACH t5[h] = p[2] * p[5];
     pack t6; EACH t6[h] = t3[h] + t4[h] + t5[h];
-    pack t7; EACH t7[h] = FMA(p[5], t5[h], FMA(p[3], t3[h], p[4] * t4[h]));
-    EACH c[0] = t0[h] + t1[h];
-    EACH c[1] = FMA(p[9], t0[h], p[10] * t1[h]);
-    EACH c[2] = t2[h];
     EACH c[3] = t6[h];
+    pack t7; EACH t7[h] = FMA(p[5], t5[h], FMA(p[3], t3[h], p[4] * t4[h]));
     EACH c[4] = t7[h];
     EACH c[5] = t2[h] + t6[h];
     EACH c[6] = t2[h] + t7[h];
@@ -134,13 +134,13 @@ EOM_LINKAGE void EOM_NAME(forward_dynamics)(const scalar *const *in, const eom_p
     pack t31; EACH t31[h] = FMA(-t29[h], t14[h], EOM_AT(u, 2)[h] - t30[h]);
     EOM_FETCH(u, 0);
     pack t32; EACH t32[h] = t18[h] * FMA(t17[h], t31[h], FMA(-t29[h], t11[h], EOM_AT(u, 0)[h] - EOM_AT(u, 1)[h] - t26[h]));
-    pack t33; EACH t33[h] = FMA(t17[h], t32[h], t16[h] * t31[h]);
     EOM_FETCH(out, 0);
     EACH EOM_AT(out, 0)[h] = t32[h];
-    EOM_FETCH(out, 1);
-    EACH EOM_AT(out, 1)[h] = FMA(t29[h], t10[h], -FMA(t14[h], t33[h], t11[h] * t32[h]));
+    pack t33; EACH t33[h] = FMA(t17[h], t32[h], t16[h] * t31[h]);
     EOM_FETCH(out, 2);
     EACH EOM_AT(out, 2)[h] = t33[h];
+    EOM_FETCH(out, 1);
+    EACH EOM_AT(out, 1)[h] = FMA(t29[h], t10[h], -FMA(t14[h], t33[h], t11[h] * t32[h]));
 }
 
 /* ---- inverse_dynamics ----
@@ -155,16 +155,16 @@ EOM_LINKAGE void EOM_NAME(inverse_dynamics_constants)(const scalar *p, scalar *r
 {
     pack t0; EACH t0[h] = p[7] * p[9];
     pack t1; EACH t1[h] = p[8] * p[10];
+    EACH c[0] = t0[h] + t1[h];
+    EACH c[1] = FMA(p[9], t0[h], p[10] * t1[h]);
     pack t2; EACH t2[h] = p[7] + p[8];
+    EACH c[2] = t2[h];
     pack t3; EACH t3[h] = p[0] * p[3];
     pack t4; EACH t4[h] = p[1] * p[4];
     pack t5; EACH t5[h] = p[2] * p[5];
     pack t6; EACH t6[h] = t3[h] + t4[h] + t5[h];
-    pack t7; EACH t7[h] = FMA(p[5], t5[h], FMA(p[3], t3[h], p[4] * t4[h]));
-    EACH c[0] = t0[h] + t1[h];
-    EACH c[1] = FMA(p[9], t0[h], p[10] * t1[h]);
-    EACH c[2] = t2[h];
     EACH c[3] = t6[h];
+    pack t7; EACH t7[h] = FMA(p[5], t5[h], FMA(p[3], t3[h], p[4] * t4[h]));
     EACH c[4] = t7[h];
     EACH c[5] = t2[h] + t6[h];
     EACH c[6] = t2[h] + t7[h];
@@ -213,11 +213,11 @@ EOM_LINKAGE void EOM_NAME(inverse_dynamics)(const scalar *const *in, const eom_p
     pack t20; EACH t20[h] = t3[h] * t4[h];
     EOM_FETCH(a, 2);
     pack t21; EACH t21[h] = FMA(p[11], (c1[h] * t4[h]), FMA(-t19[h], t6[h], FMA(t7[h], t17[h], t11[h] * t18[h]))) + FMA(EOM_AT(a, 2)[h], t20[h], FMA(EOM_AT(a, 0)[h], t15[h], EOM_AT(a, 1)[h] * (EOM_AT(w, 0)[h] * t18[h])));
-    pack t22; EACH t22[h] = FMA(p[6], EOM_AT(v, 2)[h], FMA(p[11], (s2[h] * c[5]), FMA(EOM_AT(w, 2)[h], (t12[h] * c[0]), FMA(t11[h], (t3[h] * c[0]), -FMA(t0[h], t17[h], t19[h] * t10[h])))));
-    EOM_FETCH(out, 0);
-    EACH EOM_AT(out, 0)[h] = t16[h] + t21[h];
     EOM_FETCH(out, 1);
     EACH EOM_AT(out, 1)[h] = t21[h];
+    EOM_FETCH(out, 0);
+    EACH EOM_AT(out, 0)[h] = t16[h] + t21[h];
+    pack t22; EACH t22[h] = FMA(p[6], EOM_AT(v, 2)[h], FMA(p[11], (s2[h] * c[5]), FMA(EOM_AT(w, 2)[h], (t12[h] * c[0]), FMA(t11[h], (t3[h] * c[0]), -FMA(t0[h], t17[h], t19[h] * t10[h])))));
     EOM_FETCH(out, 2);
     EACH EOM_AT(out, 2)[h] = t22[h] + FMA(EOM_AT(a, 1)[h], t20[h], EOM_AT(a, 2)[h] * c[6]);
 }
@@ -234,11 +234,11 @@ EOM_LINKAGE void EOM_NAME(mass_matrix_constants)(const scalar *p, scalar *restri
 {
     pack t0; EACH t0[h] = p[7] * p[9];
     pack t1; EACH t1[h] = p[8] * p[10];
-    pack t2; EACH t2[h] = p[7] + p[8];
-    pack t3; EACH t3[h] = FMA(p[5], (p[2] * p[5]), FMA(p[3], (p[0] * p[3]), p[4] * (p[1] * p[4])));
     EACH c[0] = t0[h] + t1[h];
     EACH c[1] = FMA(p[9], t0[h], p[10] * t1[h]);
+    pack t2; EACH t2[h] = p[7] + p[8];
     EACH c[2] = t2[h];
+    pack t3; EACH t3[h] = FMA(p[5], (p[2] * p[5]), FMA(p[3], (p[0] * p[3]), p[4] * (p[1] * p[4])));
     EACH c[3] = t3[h];
     EACH c[4] = t2[h] + t3[h];
 }
@@ -250,31 +250,31 @@ EOM_LINKAGE void EOM_NAME(mass_matrix)(const scalar *const *in, const eom_place 
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
     const scalar *const w = in[1]; EOM_PLACE(w, 1);
     EOM_PLACE(out, 2);
+    EOM_FETCH(out, 0);
+    EOM_FETCH(q, 2);
+    EACH EOM_AT(out, 0)[h] = FMA(EOM_AT(q, 2)[h], (EOM_AT(q, 2)[h] * c[3]), c[2] * (EOM_AT(q, 2)[h] * EOM_AT(q, 2)[h]));
     EOM_FETCH(q, 0);
     pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s0[h], &c0[h]);
     EOM_FETCH(q, 1);
     pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 1)[h], &s1[h], &c1[h]);
     EOM_FETCH(w, 0);
     pack t2; EACH t2[h] = EOM_AT(w, 0)[h] * c[0];
-    EOM_FETCH(q, 2);
     pack t3; EACH t3[h] = FMA(c0[h], c1[h], s0[h] * s1[h]) * (EOM_AT(q, 2)[h] * t2[h]);
-    pack t4; EACH t4[h] = FMA(c1[h], s0[h], -(c0[h] * s1[h])) * t2[h];
-    EOM_FETCH(out, 0);
-    EACH EOM_AT(out, 0)[h] = FMA(EOM_AT(q, 2)[h], (EOM_AT(q, 2)[h] * c[3]), c[2] * (EOM_AT(q, 2)[h] * EOM_AT(q, 2)[h]));
     EOM_FETCH(out, 1);
     EACH EOM_AT(out, 1)[h] = t3[h];
-    EOM_FETCH(out, 2);
-    EACH EOM_AT(out, 2)[h] = R(K(0.0));
     EOM_FETCH(out, 3);
     EACH EOM_AT(out, 3)[h] = t3[h];
     EOM_FETCH(out, 4);
     EACH EOM_AT(out, 4)[h] = EOM_AT(w, 0)[h] * (EOM_AT(w, 0)[h] * c[1]);
+    pack t4; EACH t4[h] = FMA(c1[h], s0[h], -(c0[h] * s1[h])) * t2[h];
     EOM_FETCH(out, 5);
     EACH EOM_AT(out, 5)[h] = t4[h];
-    EOM_FETCH(out, 6);
-    EACH EOM_AT(out, 6)[h] = R(K(0.0));
     EOM_FETCH(out, 7);
     EACH EOM_AT(out, 7)[h] = t4[h];
+    EOM_FETCH(out, 2);
+    EACH EOM_AT(out, 2)[h] = R(K(0.0));
+    EOM_FETCH(out, 6);
+    EACH EOM_AT(out, 6)[h] = R(K(0.0));
     EOM_FETCH(out, 8);
     EACH EOM_AT(out, 8)[h] = R(c[4]);
 }
@@ -291,14 +291,14 @@ EOM_LINKAGE void EOM_NAME(bias_constants)(const scalar *p, scalar *restrict c)
 {
     pack t0; EACH t0[h] = p[7] * p[9];
     pack t1; EACH t1[h] = p[8] * p[10];
+    EACH c[0] = t0[h] + t1[h];
+    EACH c[1] = FMA(p[9], t0[h], p[10] * t1[h]);
     pack t2; EACH t2[h] = p[7] + p[8];
+    EACH c[2] = t2[h];
     pack t3; EACH t3[h] = p[0] * p[3];
     pack t4; EACH t4[h] = p[1] * p[4];
     pack t5; EACH t5[h] = p[2] * p[5];
     pack t6; EACH t6[h] = t3[h] + t4[h] + t5[h];
-    EACH c[0] = t0[h] + t1[h];
-    EACH c[1] = FMA(p[9], t0[h], p[10] * t1[h]);
-    EACH c[2] = t2[h];
     EACH c[3] = t6[h];
     EACH c[4] = FMA(p[5], t5[h], FMA(p[3], t3[h], p[4] * t4[h]));
     EACH c[5] = t2[h] + t6[h];
@@ -334,13 +334,13 @@ EOM_LINKAGE void EOM_NAME(bias)(const scalar *const *in, const eom_place *places
     pack t11; EACH t11[h] = EOM_AT(q, 2)[h] * c[0];
     EOM_FETCH(w, 2);
     pack t12; EACH t12[h] = FMA(p[11], (c2[h] * FMA(EOM_AT(q, 2)[h], c[3], t7[h])), FMA(-EOM_AT(w, 2)[h], (t3[h] * t11[h]), FMA(t0[h], t5[h], FMA(t9[h], (t10[h] * t11[h]), t6[h] * t8[h]))));
-    pack t13; EACH t13[h] = t10[h] * t4[h];
-    pack t14; EACH t14[h] = EOM_AT(v, 0)[h] * EOM_AT(v, 0)[h];
-    pack t15; EACH t15[h] = FMA(p[6], EOM_AT(v, 2)[h], FMA(p[11], (s2[h] * c[5]), FMA(EOM_AT(w, 2)[h], (t10[h] * c[0]), FMA(t9[h], (t3[h] * c[0]), -FMA(t0[h], t13[h], t14[h] * t8[h])))));
     EOM_FETCH(out, 0);
     EACH EOM_AT(out, 0)[h] = t12[h];
+    pack t13; EACH t13[h] = t10[h] * t4[h];
+    pack t14; EACH t14[h] = EOM_AT(v, 0)[h] * EOM_AT(v, 0)[h];
     EOM_FETCH(out, 1);
     EACH EOM_AT(out, 1)[h] = FMA(p[11], (c1[h] * t4[h]), FMA(-t14[h], t5[h], FMA(t6[h], t13[h], t9[h] * (EOM_AT(w, 0)[h] * c[1]))));
+    pack t15; EACH t15[h] = FMA(p[6], EOM_AT(v, 2)[h], FMA(p[11], (s2[h] * c[5]), FMA(EOM_AT(w, 2)[h], (t10[h] * c[0]), FMA(t9[h], (t3[h] * c[0]), -FMA(t0[h], t13[h], t14[h] * t8[h])))));
     EOM_FETCH(out, 2);
     EACH EOM_AT(out, 2)[h] = t15[h];
 }
@@ -357,15 +357,15 @@ EOM_LINKAGE void EOM_NAME(energy_constants)(const scalar *p, scalar *restrict c)
 {
     pack t0; EACH t0[h] = p[7] * p[9];
     pack t1; EACH t1[h] = p[8] * p[10];
+    EACH c[0] = t0[h] + t1[h];
+    EACH c[1] = FMA(p[9], t0[h], p[10] * t1[h]);
     pack t2; EACH t2[h] = p[7] + p[8];
+    EACH c[2] = t2[h];
     pack t3; EACH t3[h] = p[0] * p[3];
     pack t4; EACH t4[h] = p[1] * p[4];
     pack t5; EACH t5[h] = p[2] * p[5];
-    pack t6; EACH t6[h] = FMA(p[5], t5[h], FMA(p[3], t3[h], p[4] * t4[h]));
-    EACH c[0] = t0[h] + t1[h];
-    EACH c[1] = FMA(p[9], t0[h], p[10] * t1[h]);
-    EACH c[2] = t2[h];
     EACH c[3] = t3[h] + t4[h] + t5[h];
+    pack t6; EACH t6[h] = FMA(p[5], t5[h], FMA(p[3], t3[h], p[4] * t4[h]));
     EACH c[4] = t6[h];
     EACH c[5] = t2[h] + t6[h];
 }
@@ -462,13 +462,13 @@ EOM_LINKAGE void EOM_NAME(joints)(const scalar *const *in, const eom_place *plac
     pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s0[h], &c0[h]);
     EOM_FETCH(q, 2);
     pack t1; EACH t1[h] = EOM_AT(q, 2)[h] * c0[h];
-    pack t2; EACH t2[h] = EOM_AT(q, 2)[h] * s0[h];
-    EOM_FETCH(q, 1);
-    pack s3, c3; EACH SINCOS_CALL(EOM_AT(q, 1)[h], &s3[h], &c3[h]);
     EOM_FETCH(out, 0);
     EACH EOM_AT(out, 0)[h] = t1[h];
+    pack t2; EACH t2[h] = EOM_AT(q, 2)[h] * s0[h];
     EOM_FETCH(out, 1);
     EACH EOM_AT(out, 1)[h] = t2[h];
+    EOM_FETCH(q, 1);
+    pack s3, c3; EACH SINCOS_CALL(EOM_AT(q, 1)[h], &s3[h], &c3[h]);
     EOM_FETCH(out, 2);
     EOM_FETCH(w, 0);
     EACH EOM_AT(out, 2)[h] = FMA(EOM_AT(w, 0)[h], c3[h], t1[h]);

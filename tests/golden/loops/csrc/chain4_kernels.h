@@ -118,6 +118,7 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_2)(con
         pack t5; EACH t5[h] = t4[h] * t4[h];
         pack t6; EACH t6[h] = PIVOT_INVERSE(t5[h], t5[h]);
         pack t7; EACH t7[h] = t4[h] * t6[h];
+        EACH kept0[1 - k] = t7[h];
         pack t8; EACH t8[h] = p[16 - 6 * k] - p[15 - 6 * k];
         pack t9; EACH t9[h] = p[17 - 6 * k] - p[15 - 6 * k];
         pack t10; EACH t10[h] = p[17 - 6 * k] - p[16 - 6 * k];
@@ -126,10 +127,9 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_2)(con
         pack t13; EACH t13[h] = p[17 - 6 * k] - K(1.0);
         pack t14; EACH t14[h] = FMA(K(2.0), FMA(p[13 - 6 * k] * p[14 - 6 * k], (t10[h] * t10[h]), FMA(p[12 - 6 * k] * p[13 - 6 * k], (t8[h] * t8[h]), p[12 - 6 * k] * p[14 - 6 * k] * (t9[h] * t9[h]))), inertia_p_up[2 - k] * FMA(p[14 - 6 * k], (t13[h] * t13[h]), FMA(p[12 - 6 * k], (t11[h] * t11[h]), p[13 - 6 * k] * (t12[h] * t12[h]))));
         pack t15; EACH t15[h] = t7[h] * (t0[h] + t1[h] + t2[h] + t3[h]);
-        EACH inertia_p_up[1 - k] = t7[h] * t14[h];
-        EACH kept0[1 - k] = t7[h];
         EACH kept1[1 - k] = t15[h];
         EACH c[1 + k] = t15[h];
+        EACH inertia_p_up[1 - k] = t7[h] * t14[h];
     }
 }
 
@@ -190,20 +190,20 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_1)(const scalar 
     EOM_FETCH(q, 3);
     EOM_FETCH(q, 2);
     pack s1, c1; EACH SINCOS(EOM_AT(q, 3)[h] - EOM_AT(q, 2)[h], &s1[h], &c1[h]);
+    EACH kept9[0][h] = c1[h];
     EOM_FETCH(q, 7);
     pack t2; EACH t2[h] = EOM_AT(q, 7)[h] * EOM_AT(q, 7)[h];
     pack t3; EACH t3[h] = PIVOT_INVERSE(t2[h], t2[h]);
     pack t4; EACH t4[h] = EOM_AT(q, 7)[h] * t3[h];
+    EACH kept7[0][h] = t4[h];
     EOM_FETCH(u, 3);
     pack t5; EACH t5[h] = EOM_AT(u, 3)[h] * t4[h];
+    EACH kept8[0][h] = t5[h];
     pack t6; EACH t6[h] = c[0] * t5[h];
+    EACH kept10[0][h] = s1[h];
     EACH force_u_up[0][h] = FMA(t0[h], c1[h], -(t6[h] * s1[h]));
     EACH force_n_up[0][h] = FMA(t0[h], s1[h], t6[h] * c1[h]);
     EACH torque_up[0][h] = EOM_AT(u, 3)[h];
-    EACH kept7[0][h] = t4[h];
-    EACH kept8[0][h] = t5[h];
-    EACH kept9[0][h] = c1[h];
-    EACH kept10[0][h] = s1[h];
 }
 
 static __attribute__((noinline)) void EOM_NAME(forward_dynamics_2)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
@@ -226,24 +226,24 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_2)(const scalar 
         EOM_FETCH(q, 2 - k);
         EOM_FETCH(q, 1 - k);
         pack s0, c0; EACH SINCOS(EOM_AT(q, 2 - k)[h] - EOM_AT(q, 1 - k)[h], &s0[h], &c0[h]);
+        EACH kept5[1 - k][h] = c0[h];
         EOM_FETCH(u, 6 - k);
         pack t1; EACH t1[h] = EOM_AT(u, 6 - k)[h] - force_u_up_in[h];
+        EACH kept3[1 - k][h] = t1[h];
         pack t2; EACH t2[h] = FMA(c[1 + k], t1[h], force_u_up_in[h]);
+        EACH kept6[1 - k][h] = s0[h];
         EOM_FETCH(q, 6 - k);
         pack t3; EACH t3[h] = EOM_AT(q, 6 - k)[h] * EOM_AT(q, 6 - k)[h];
         pack t4; EACH t4[h] = PIVOT_INVERSE(t3[h], t3[h]);
         pack t5; EACH t5[h] = EOM_AT(q, 6 - k)[h] * t4[h];
+        EACH kept2[1 - k][h] = t5[h];
         EOM_FETCH(u, 2 - k);
         pack t6; EACH t6[h] = FMA(t5[h], (EOM_AT(u, 2 - k)[h] - torque_up_in[h]), -force_n_up_in[h]);
+        EACH kept4[1 - k][h] = t6[h];
         pack t7; EACH t7[h] = FMA(c[1 + k], t6[h], force_n_up_in[h]);
         pack force_u_up_out; EACH force_u_up_out[h] = FMA(c0[h], t2[h], -(s0[h] * t7[h]));
         pack force_n_up_out; EACH force_n_up_out[h] = FMA(s0[h], t2[h], c0[h] * t7[h]);
         pack torque_up_out; EACH torque_up_out[h] = EOM_AT(u, 2 - k)[h];
-        EACH kept2[1 - k][h] = t5[h];
-        EACH kept3[1 - k][h] = t1[h];
-        EACH kept4[1 - k][h] = t6[h];
-        EACH kept5[1 - k][h] = c0[h];
-        EACH kept6[1 - k][h] = s0[h];
         EACH force_u_up_in[h] = force_u_up_out[h];
         EACH force_n_up_in[h] = force_n_up_out[h];
         EACH torque_up_in[h] = torque_up_out[h];
@@ -273,6 +273,7 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_3)(const scalar 
     pack t1; EACH t1[h] = p[24] * s0[h];
     EOM_FETCH(u, 4);
     pack t2; EACH t2[h] = FMA(-c[4], t1[h], c[3] * (EOM_AT(u, 4)[h] - force_u_up_in[h]));
+    EACH acceleration_u_down1[0][h] = t1[h] + t2[h];
     pack t3; EACH t3[h] = p[24] * c0[h];
     EOM_FETCH(q, 4);
     pack t4; EACH t4[h] = EOM_AT(q, 4)[h] * EOM_AT(q, 4)[h];
@@ -280,7 +281,6 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_3)(const scalar 
     pack t6; EACH t6[h] = EOM_AT(q, 4)[h] * t5[h];
     EOM_FETCH(u, 0);
     pack t7; EACH t7[h] = FMA(-c[4], t3[h], c[3] * FMA(t6[h], (EOM_AT(u, 0)[h] - torque_up_in[h]), -force_n_up_in[h]));
-    EACH acceleration_u_down1[0][h] = t1[h] + t2[h];
     EACH acceleration_n_down1[0][h] = t3[h] + t7[h];
     EOM_FETCH(out, 0);
     EOM_FETCH(v, 0);
@@ -312,8 +312,6 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_4)(const scalar 
         pack t1; EACH t1[h] = FMA(-kept1[k], t0[h], kept0[k] * kept3[k][h]);
         pack t2; EACH t2[h] = FMA(kept5[k][h], acceleration_n_down1_in[h], -(kept6[k][h] * acceleration_u_down1_in[h]));
         pack t3; EACH t3[h] = FMA(-kept1[k], t2[h], kept0[k] * kept4[k][h]);
-        pack acceleration_u_down1_out; EACH acceleration_u_down1_out[h] = t0[h] + t1[h];
-        pack acceleration_n_down1_out; EACH acceleration_n_down1_out[h] = t2[h] + t3[h];
         EOM_FETCH(out, 1 + k);
         EOM_FETCH(v, 1 + k);
         EOM_FETCH(v, 5 + k);
@@ -321,6 +319,8 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_4)(const scalar 
         EOM_FETCH(out, 5 + k);
         EOM_FETCH(q, 5 + k);
         EACH EOM_AT(out, 5 + k)[h] = FMA(EOM_AT(q, 5 + k)[h] * kept2[k][h], (EOM_AT(q, 5 + k)[h] * (EOM_AT(v, 1 + k)[h] * EOM_AT(v, 1 + k)[h])), t1[h]);
+        pack acceleration_u_down1_out; EACH acceleration_u_down1_out[h] = t0[h] + t1[h];
+        pack acceleration_n_down1_out; EACH acceleration_n_down1_out[h] = t2[h] + t3[h];
         EACH acceleration_u_down1_in[h] = acceleration_u_down1_out[h];
         EACH acceleration_n_down1_in[h] = acceleration_n_down1_out[h];
     }
@@ -375,10 +375,10 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_1)(const sc
 {
     /* constants of link4, tips to root */
     scalar *const hung_mass_up = c + 14;
+    EACH hung_mass_up[2] = p[20] + p[18] + p[19];
     pack t0; EACH t0[h] = p[18] * p[21];
     pack t1; EACH t1[h] = p[19] * p[22];
     pack t2; EACH t2[h] = p[20] * p[23];
-    EACH hung_mass_up[2] = p[20] + p[18] + p[19];
     EACH c[0] = t0[h] + t1[h] + t2[h];
     EACH c[1] = FMA(p[23], t2[h], FMA(p[21], t0[h], p[22] * t1[h]));
 }
@@ -392,12 +392,12 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_2)(const sc
         pack t1; EACH t1[h] = p[13 - 6 * k] * p[16 - 6 * k];
         pack t2; EACH t2[h] = p[14 - 6 * k] * p[17 - 6 * k];
         pack t3; EACH t3[h] = t0[h] + t1[h] + t2[h];
-        pack t4; EACH t4[h] = FMA(p[17 - 6 * k], t2[h], FMA(p[15 - 6 * k], t0[h], p[16 - 6 * k] * t1[h]));
-        EACH hung_mass_up[1 - k] = hung_mass_up[2 - k] + p[14 - 6 * k] + p[12 - 6 * k] + p[13 - 6 * k];
         EACH c[2 + k] = t3[h];
+        pack t4; EACH t4[h] = FMA(p[17 - 6 * k], t2[h], FMA(p[15 - 6 * k], t0[h], p[16 - 6 * k] * t1[h]));
         EACH c[4 + k] = t4[h];
         EACH c[6 + k] = hung_mass_up[2 - k] + t3[h];
         EACH c[8 + k] = hung_mass_up[2 - k] + t4[h];
+        EACH hung_mass_up[1 - k] = hung_mass_up[2 - k] + p[14 - 6 * k] + p[12 - 6 * k] + p[13 - 6 * k];
     }
 }
 
@@ -409,8 +409,8 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_3)(const sc
     pack t1; EACH t1[h] = p[1] * p[4];
     pack t2; EACH t2[h] = p[2] * p[5];
     pack t3; EACH t3[h] = t0[h] + t1[h] + t2[h];
-    pack t4; EACH t4[h] = FMA(p[5], t2[h], FMA(p[3], t0[h], p[4] * t1[h]));
     EACH c[10] = t3[h];
+    pack t4; EACH t4[h] = FMA(p[5], t2[h], FMA(p[3], t0[h], p[4] * t1[h]));
     EACH c[11] = t4[h];
     EACH c[12] = hung_mass_up[0] + t3[h];
     EACH c[13] = hung_mass_up[0] + t4[h];
@@ -444,22 +444,22 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_2)(const scalar *cons
     pack *const end_y = work + 10;
     pack *const force_x = work + 20;
     pack *const force_y = work + 30;
+    EOM_FETCH(out, 27);
+    EOM_FETCH(q, 7);
+    EACH EOM_AT(out, 27)[h] = EOM_AT(q, 7)[h] * (EOM_AT(q, 7)[h] * c[1]);
     EOM_FETCH(q, 3);
     pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 3)[h], &s0[h], &c0[h]);
-    EOM_FETCH(q, 7);
-    pack t1; EACH t1[h] = EOM_AT(q, 7)[h] * c[0];
-    EOM_FETCH(out, 27);
-    EACH EOM_AT(out, 27)[h] = EOM_AT(q, 7)[h] * (EOM_AT(q, 7)[h] * c[1]);
+    EACH end_y[7][h] = s0[h];
     EACH end_x[3][h] = -(EOM_AT(q, 7)[h] * s0[h]);
+    EACH end_x[7][h] = c0[h];
     EACH end_y[3][h] = EOM_AT(q, 7)[h] * c0[h];
+    pack t1; EACH t1[h] = EOM_AT(q, 7)[h] * c[0];
     EACH force_x[3][h] = -(t1[h] * s0[h]);
     EACH force_y[3][h] = t1[h] * c0[h];
-    EOM_FETCH(out, 63);
-    EACH EOM_AT(out, 63)[h] = R(c[1]);
-    EACH end_x[7][h] = c0[h];
-    EACH end_y[7][h] = s0[h];
     EACH force_x[7][h] = c[0] * c0[h];
     EACH force_y[7][h] = c[0] * s0[h];
+    EOM_FETCH(out, 63);
+    EACH EOM_AT(out, 63)[h] = R(c[1]);
 }
 
 static __attribute__((noinline)) void EOM_NAME(mass_matrix_3)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
@@ -475,21 +475,21 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_3)(const scalar *cons
     for (int k = 0; k < 2; k++) {
         EOM_FETCH(q, 6 - k);
         pack t0; EACH t0[h] = EOM_AT(q, 6 - k)[h] * hung_mass_up[2 - k];
-        EOM_FETCH(q, 2 - k);
-        pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 2 - k)[h], &s1[h], &c1[h]);
-        pack t2; EACH t2[h] = FMA(EOM_AT(q, 6 - k)[h], c[2 + k], t0[h]);
         EOM_FETCH(out, 18 - 9 * k);
         EACH EOM_AT(out, 18 - 9 * k)[h] = FMA(EOM_AT(q, 6 - k)[h], (EOM_AT(q, 6 - k)[h] * c[4 + k]), EOM_AT(q, 6 - k)[h] * t0[h]);
+        EOM_FETCH(q, 2 - k);
+        pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 2 - k)[h], &s1[h], &c1[h]);
+        EACH end_y[6 - k][h] = s1[h];
         EACH end_x[2 - k][h] = -(EOM_AT(q, 6 - k)[h] * s1[h]);
+        EACH end_x[6 - k][h] = c1[h];
         EACH end_y[2 - k][h] = EOM_AT(q, 6 - k)[h] * c1[h];
+        pack t2; EACH t2[h] = FMA(EOM_AT(q, 6 - k)[h], c[2 + k], t0[h]);
         EACH force_x[2 - k][h] = -(s1[h] * t2[h]);
         EACH force_y[2 - k][h] = c1[h] * t2[h];
-        EOM_FETCH(out, 54 - 9 * k);
-        EACH EOM_AT(out, 54 - 9 * k)[h] = R(c[8 + k]);
-        EACH end_x[6 - k][h] = c1[h];
-        EACH end_y[6 - k][h] = s1[h];
         EACH force_x[6 - k][h] = c1[h] * c[6 + k];
         EACH force_y[6 - k][h] = s1[h] * c[6 + k];
+        EOM_FETCH(out, 54 - 9 * k);
+        EACH EOM_AT(out, 54 - 9 * k)[h] = R(c[8 + k]);
     }
 }
 
@@ -505,21 +505,21 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_4)(const scalar *cons
     const scalar *const hung_mass_up = c + 14;
     EOM_FETCH(q, 4);
     pack t0; EACH t0[h] = EOM_AT(q, 4)[h] * hung_mass_up[0];
-    EOM_FETCH(q, 0);
-    pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s1[h], &c1[h]);
-    pack t2; EACH t2[h] = FMA(EOM_AT(q, 4)[h], c[10], t0[h]);
     EOM_FETCH(out, 0);
     EACH EOM_AT(out, 0)[h] = FMA(EOM_AT(q, 4)[h], (EOM_AT(q, 4)[h] * c[11]), EOM_AT(q, 4)[h] * t0[h]);
+    EOM_FETCH(q, 0);
+    pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s1[h], &c1[h]);
+    EACH end_y[4][h] = s1[h];
     EACH end_x[0][h] = -(EOM_AT(q, 4)[h] * s1[h]);
+    EACH end_x[4][h] = c1[h];
     EACH end_y[0][h] = EOM_AT(q, 4)[h] * c1[h];
+    pack t2; EACH t2[h] = FMA(EOM_AT(q, 4)[h], c[10], t0[h]);
     EACH force_x[0][h] = -(s1[h] * t2[h]);
     EACH force_y[0][h] = c1[h] * t2[h];
-    EOM_FETCH(out, 36);
-    EACH EOM_AT(out, 36)[h] = R(c[13]);
-    EACH end_x[4][h] = c1[h];
-    EACH end_y[4][h] = s1[h];
     EACH force_x[4][h] = c1[h] * c[12];
     EACH force_y[4][h] = s1[h] * c[12];
+    EOM_FETCH(out, 36);
+    EACH EOM_AT(out, 36)[h] = R(c[13]);
 }
 
 static __attribute__((noinline)) void EOM_NAME(mass_matrix_5)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
@@ -623,14 +623,14 @@ static __attribute__((noinline)) void EOM_NAME(energy_2)(const scalar *const *in
     pack *const velocity_y_down = work + 10;
     EOM_FETCH(q, 0);
     pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s0[h], &c0[h]);
-    EOM_FETCH(v, 0);
     EOM_FETCH(q, 4);
+    EACH height_down[0][h] = EOM_AT(q, 4)[h] * s0[h];
+    EOM_FETCH(v, 0);
     pack t1; EACH t1[h] = EOM_AT(v, 0)[h] * EOM_AT(q, 4)[h];
     EOM_FETCH(v, 4);
-    pack t2; EACH t2[h] = K(0.5) * FMA(EOM_AT(v, 0)[h], (EOM_AT(v, 0)[h] * (EOM_AT(q, 4)[h] * (EOM_AT(q, 4)[h] * c[1]))), EOM_AT(v, 4)[h] * (EOM_AT(v, 4)[h] * c[1]));
-    EACH height_down[0][h] = EOM_AT(q, 4)[h] * s0[h];
     EACH velocity_x_down[0][h] = FMA(EOM_AT(v, 4)[h], c0[h], -(s0[h] * t1[h]));
     EACH velocity_y_down[0][h] = FMA(EOM_AT(v, 4)[h], s0[h], c0[h] * t1[h]);
+    pack t2; EACH t2[h] = K(0.5) * FMA(EOM_AT(v, 0)[h], (EOM_AT(v, 0)[h] * (EOM_AT(q, 4)[h] * (EOM_AT(q, 4)[h] * c[1]))), EOM_AT(v, 4)[h] * (EOM_AT(v, 4)[h] * c[1]));
     EACH sum[0][h] += t2[h];
     EACH sum[1][h] += p[24] * (s0[h] * (EOM_AT(q, 4)[h] * c[0]));
 }

@@ -48,9 +48,9 @@ EOM_LINKAGE void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *r
 {
     pack t0; EACH t0[h] = K(0.5) * p[1];
     pack t1; EACH t1[h] = p[0] * t0[h];
+    EACH c[0] = t1[h];
     pack t2; EACH t2[h] = FMA(t0[h], t1[h], p[1] * (p[0] * p[1]) / K(12.0));
     pack t3; EACH t3[h] = PIVOT_INVERSE(t2[h], t2[h]);
-    EACH c[0] = t1[h];
     EACH c[1] = t3[h];
 }
 
@@ -170,12 +170,12 @@ EOM_LINKAGE void EOM_NAME(energy)(const scalar *const *in, const eom_place *plac
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
     const scalar *const v = in[1]; EOM_PLACE(v, 1);
     EOM_PLACE(out, 2);
-    EOM_FETCH(q, 0);
-    pack s0, s0_cos; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s0[h], &s0_cos[h]);
-    pack t1; EACH t1[h] = EOM_AT(q, 0)[h] - p[3];
     EOM_FETCH(out, 0);
     EOM_FETCH(v, 0);
     EACH EOM_AT(out, 0)[h] = K(0.5) * (EOM_AT(v, 0)[h] * (EOM_AT(v, 0)[h] * c[1]));
+    EOM_FETCH(q, 0);
+    pack s0, s0_cos; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s0[h], &s0_cos[h]);
+    pack t1; EACH t1[h] = EOM_AT(q, 0)[h] - p[3];
     EOM_FETCH(out, 1);
     EACH EOM_AT(out, 1)[h] = FMA(p[4], (c[0] * s0[h]), c[2] * (t1[h] * t1[h]));
 }
