@@ -349,6 +349,24 @@ def test_torch_differentiates(compiled: Compiled) -> None:
     np.testing.assert_allclose(rates.grad.numpy(), momentum, rtol=1e-11)
 
 
+def test_torch_maps_and_differentiates_forward_dynamics(compiled: Compiled) -> None:
+    """Operands that are written over are none that derivatives need, nor smaller than the result under `vmap`."""
+    torch = pytest.importorskip("torch", reason="PyTorch is not installed")
+    module = compiled("springs", "matrix", functions=("forward_dynamics", "jacobian"))
+    q, v, u, w = random_state(module, 4, (3,)).of("qvuw")
+    tensors = [torch.tensor(x) for x in (q, v, u, w, module.p)]
+    slopes = torch.func.jacrev(module.forward_dynamics, argnums=(0, 1, 2))
+    mapped = torch.func.vmap(slopes, in_dims=(0, 0, 0, 0, None))
+    found = np.concatenate([x.numpy() for x in mapped(*tensors)], axis=-1)
+    assert_close(found, module.jacobian(q, v, u, w, module.p), rtol=1e-9)
+    several = [*tensors[:4], torch.stack([tensors[4], 2 * tensors[4]])]
+    for i in range(5):
+        given = [*(x[0] for x in tensors[:4]), tensors[4]]
+        given[i] = several[i]
+        found = torch.func.vmap(module.forward_dynamics, in_dims=tuple(0 if j == i else None for j in range(5)))(*given)
+        assert_close(found.numpy(), module.forward_dynamics(*[x.numpy() for x in given]), rtol=1e-12)
+
+
 def test_torch_without_data(walker: ModuleType) -> None:
     """Tensors without data pass through: nothing is read as an array of NumPy."""
     torch = pytest.importorskip("torch", reason="PyTorch is not installed")

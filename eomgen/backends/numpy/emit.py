@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 
 from eomgen.backends.numpy import template
 from eomgen.backends.numpy.printer import NumPyPrinter
 from eomgen.backends.package import init_source, package_files
-from eomgen.ir.program import Block, Program, Step, Store, Turns, parts
-from eomgen.ir.statements import Indices, Text, statements
+from eomgen.ir.expr import LEAVES, Node
+from eomgen.ir.program import Block, Place, Program, Step, Turns, parts
+from eomgen.ir.schedule import order
+from eomgen.ir.statements import Indices, Text
 from eomgen.model import Model
 
 RUNTIME = Path(__file__).parent / "runtime" / "_gufunc.py"
-VALUE_BYTES = 1 << 25  # of a block: about half of the nodes get a name, and live as long as the call
+VALUE_BYTES = 1 << 25  # of a block, if half of the values are alive: in long functions they wait in arrays
 RESULT_BYTES = 1 << 22  # of a block; its columns are written one by one, so it should stay in the cache
 SMALLEST, LARGEST = 64, 4096  # states per block
+ARGUMENTS = frozenset("qvauwp")
+UNRECORDED = ("add", "sub", "mul", "sin", "cos")  # operations whose derivatives do not need their result
 
 
 def emit(model: Model) -> dict[str, str]:
@@ -97,16 +102,76 @@ def _step(step: Step, printer: NumPyPrinter) -> list[str]:
 def _body(block: Block, printer: NumPyPrinter, suffix: str = "") -> tuple[list[str], list[str]]:
     """The tables of indices of a block, and its lines for one iteration."""
     indices = Indices(block, suffix)
-
-    def put(store: Store, value: Text) -> str:
-        target = f"{store.place.array}[{indices.at(store.place)}]"
-        return f"{target} = {target} + {value.text}" if store.add else f"{target} = {value.text}"
-
-    entering = sorted({place.array for place in block.loads.values()} & printer.carried)
-    lines = [f"{printer.load(array, '0')} = {array}[0]" for array in entering]
-    lines += statements(block, printer, indices.of, put)
+    lines = _statements(block, printer, indices)
     if block.inner:
         first, following = indices.text(block.inner.first, "k"), indices.text(block.inner.following, "i")
         step = [*lines, f"i = {following}"]
         lines = [f"i = {first}", "while i >= 0:", *(f"    {line}" for line in step)]
     return [f"{name} = {values!r}" for values, name in indices.tables.items()], lines
+
+
+def _statements(block: Block, printer: NumPyPrinter, indices: Indices) -> list[str]:
+    """Every operation as a statement, then the stores.
+
+    After the last use of a value its name is taken again, so that few arrays are alive and stay in the cache. A sum
+    or product is written over an operand that has no other use, if no library keeps that for derivatives and it
+    depends on every argument that the other one depends on: then it has the shape of the result.
+    """
+    nodes = order(block)
+    uses = Counter([*(arg for node in nodes for arg in node.args), *(store.node for store in block.stores)])
+    left = dict(uses)
+    texts: dict[Node, Text] = {}
+    least: dict[Node, frozenset[str]] = {}  # the arguments a value certainly depends on
+    most: dict[Node, frozenset[str]] = {}  # and those it may depend on
+    free: list[str] = []
+    entering = sorted({place.array for place in block.loads.values()} & printer.carried)
+    lines = [f"{printer.load(array, '0')} = {array}[0]" for array in entering]
+    count = 0
+
+    def element(place: Place) -> str:
+        return printer.load(place.array, indices.at(place))
+
+    def text_of(node: Node) -> Text:
+        if node not in texts:
+            place = block.loads.get(node)
+            texts[node] = printer.constant(node) if place is None else Text(element(place), 3, 0, node)
+            array = "" if place is None else "p" if place.array == "c" else place.array
+            least[node] = ARGUMENTS & {array}
+            most[node] = least[node] if array in {"", *ARGUMENTS} else ARGUMENTS
+        return texts[node]
+
+    for node in nodes:
+        args = node.args
+        text = printer.operation(node, [text_of(arg) for arg in args]).text
+        least[node] = frozenset().union(*(least[arg] for arg in args))
+        most[node] = frozenset().union(*(most[arg] for arg in args))
+        targets = {"add": args, "mul": args, "sub": args[:1]}.get(node.op, ())
+        spare = [arg for arg in targets if uses[arg] == 1 and arg.op in UNRECORDED and least[arg] == most[node]]
+        over = spare[0] if spare else None
+        for arg in args:
+            left[arg] -= 1
+            if not left[arg] and arg not in block.loads and arg.op not in LEAVES and arg is not over:
+                free.append(texts[arg].text)
+        if over:
+            name = texts[over].text
+            lines.append(_updated(name, text))
+        else:
+            if not free:
+                free.append(f"t{count}")
+                count += 1
+            name = free.pop()
+            lines.append(f"{name} = {text}")
+        texts[node] = Text(name, 3, 0, node)
+    for store in block.stores:
+        target, value = f"{store.place.array}[{indices.at(store.place)}]", text_of(store.node).text
+        lines.append(f"{target} = {target} + {value}" if store.add else f"{target} = {value}")
+    return lines
+
+
+def _updated(name: str, text: str) -> str:
+    """The statement that puts the value of a sum or product into the operand of this name."""
+    if text.startswith(f"{name} "):
+        sign, other = text[len(name) + 1], text[len(name) + 3 :]
+    else:
+        sign, other = text[-len(name) - 2], text[: -len(name) - 3]
+    return f"{name} {sign}= {other}"

@@ -6,7 +6,9 @@ from collections.abc import Set
 from fractions import Fraction
 
 from eomgen.ir.expr import Node
-from eomgen.ir.statements import Sine, Text, decimal, infix
+from eomgen.ir.statements import Text, decimal, infix
+
+FUNCTIONS = ("sin", "cos", "sqrt", "exp", "log")
 
 
 class NumPyPrinter:
@@ -16,8 +18,6 @@ class NumPyPrinter:
         carried: the arrays that carry a value on; what is loaded of them stands in variables of the block.
     """
 
-    sines, together = 1, False
-
     def __init__(self, carried: Set[str] = frozenset()) -> None:
         self.carried = carried
 
@@ -25,9 +25,6 @@ class NumPyPrinter:
         if array in self.carried:
             return f"{array}_in"
         return f"{array}[{index}]"
-
-    def named(self, name: str) -> str:
-        return name
 
     def constant(self, node: Node) -> Text:
         nearest = float(node.value)
@@ -39,17 +36,9 @@ class NumPyPrinter:
         depth = 1 + max(arg.depth for arg in args)
         if node.op == "pivot_inverse":
             return Text(f"pivot_inverse(xp, {args[0].text}, {args[1].text})", 3, depth, node)
-        if node.op in ("sqrt", "exp", "log"):
+        if node.op in FUNCTIONS:
             return Text(f"xp.{node.op}({typed(args[0].text)})", 3, depth, node)
         return infix(node, args)
-
-    def assign(self, name: str, text: str) -> str:
-        return f"{name} = {text}"
-
-    def sincos(self, sines: list[Sine]) -> list[str]:
-        [(angle, sine, cosine)] = sines
-        pairs = ((sine, "sin"), (cosine, "cos"))
-        return [f"{name} = xp.{function}({typed(angle)})" for name, function in pairs if name]
 
 
 def typed(text: str) -> str:

@@ -14,10 +14,14 @@ def _forward_dynamics_constants(xp, number, p):
     # constants of accelerations a of M a + h = Q(u)
     t0 = 0.5 * p[1]
     t1 = p[0] * t0
+    t2 = p[0] * p[1]
+    t2 *= p[1]
+    t2 = t2 / 12.0
+    t0 = t0 * t1
+    t0 += t2
+    t0 = pivot_inverse(xp, t0, t0)
     c[0] = t1
-    t2 = p[1] * (p[0] * p[1]) / 12.0 + t0 * t1
-    t3 = pivot_inverse(xp, t2, t2)
-    c[1] = t3
+    c[1] = t0
     return (c,)
 
 
@@ -25,8 +29,15 @@ def _forward_dynamics(xp, number, q, v, u, p, c):
     c, = c
     out = [0.0] * 1
     # accelerations a of M a + h = Q(u)
-    c0 = xp.cos(q[0])
-    out[0] = (u[0] - (p[2] * (q[0] - p[3]) + p[4] * (c[0] * c0))) * c[1]
+    t0 = q[0] - p[3]
+    t0 *= p[2]
+    t1 = xp.cos(q[0])
+    t1 = c[0] * t1
+    t1 *= p[4]
+    t0 += t1
+    t0 = u[0] - t0
+    t0 *= c[1]
+    out[0] = t0
     return out
 
 
@@ -50,8 +61,13 @@ def _inverse_dynamics_constants(xp, number, p):
     # constants of inputs u that give the accelerations a
     t0 = 0.5 * p[1]
     t1 = p[0] * t0
+    t2 = p[0] * p[1]
+    t2 *= p[1]
+    t2 = t2 / 12.0
+    t0 = t0 * t1
+    t0 += t2
     c[0] = t1
-    c[1] = p[1] * (p[0] * p[1]) / 12.0 + t0 * t1
+    c[1] = t0
     return (c,)
 
 
@@ -59,8 +75,15 @@ def _inverse_dynamics(xp, number, q, v, a, p, c):
     c, = c
     out = [0.0] * 1
     # inputs u that give the accelerations a
-    c0 = xp.cos(q[0])
-    out[0] = p[2] * (q[0] - p[3]) + p[4] * (c[0] * c0) + a[0] * c[1]
+    t0 = q[0] - p[3]
+    t0 *= p[2]
+    t1 = xp.cos(q[0])
+    t1 = c[0] * t1
+    t1 *= p[4]
+    t0 += t1
+    t1 = a[0] * c[1]
+    t1 = t0 + t1
+    out[0] = t1
     return out
 
 
@@ -82,8 +105,14 @@ inverse_dynamics.__module__ = __name__
 def _mass_matrix_constants(xp, number, p):
     c = [0.0] * 1
     # constants of mass matrix M
-    t0 = 0.5 * p[1]
-    c[0] = p[1] * (p[0] * p[1]) / 12.0 + t0 * (p[0] * t0)
+    t0 = p[0] * p[1]
+    t0 *= p[1]
+    t0 = t0 / 12.0
+    t1 = 0.5 * p[1]
+    t2 = p[0] * t1
+    t2 *= t1
+    t2 += t0
+    c[0] = t2
     return (c,)
 
 
@@ -113,7 +142,9 @@ mass_matrix.__module__ = __name__
 def _bias_constants(xp, number, p):
     c = [0.0] * 1
     # constants of bias h: M a + h = Q(u)
-    c[0] = p[0] * (0.5 * p[1])
+    t0 = 0.5 * p[1]
+    t0 *= p[0]
+    c[0] = t0
     return (c,)
 
 
@@ -121,8 +152,13 @@ def _bias(xp, number, q, v, p, c):
     c, = c
     out = [0.0] * 1
     # bias h: M a + h = Q(u)
-    c0 = xp.cos(q[0])
-    out[0] = p[2] * (q[0] - p[3]) + p[4] * (c[0] * c0)
+    t0 = q[0] - p[3]
+    t0 *= p[2]
+    t1 = xp.cos(q[0])
+    t1 = c[0] * t1
+    t1 *= p[4]
+    t0 += t1
+    out[0] = t0
     return out
 
 
@@ -146,9 +182,15 @@ def _energy_constants(xp, number, p):
     # constants of kinetic and potential energy, J
     t0 = 0.5 * p[1]
     t1 = p[0] * t0
+    t2 = p[0] * p[1]
+    t2 *= p[1]
+    t2 = t2 / 12.0
+    t0 = t0 * t1
+    t0 += t2
+    t2 = 0.5 * p[2]
     c[0] = t1
-    c[1] = p[1] * (p[0] * p[1]) / 12.0 + t0 * t1
-    c[2] = 0.5 * p[2]
+    c[1] = t0
+    c[2] = t2
     return (c,)
 
 
@@ -156,10 +198,18 @@ def _energy(xp, number, q, v, p, c):
     c, = c
     out = [0.0] * 2
     # kinetic and potential energy, J
-    out[0] = 0.5 * (v[0] * (v[0] * c[1]))
-    s0 = xp.sin(q[0])
-    t1 = q[0] - p[3]
-    out[1] = p[4] * (c[0] * s0) + c[2] * (t1 * t1)
+    t0 = v[0] * c[1]
+    t0 *= v[0]
+    t0 *= 0.5
+    t1 = xp.sin(q[0])
+    t1 = c[0] * t1
+    t1 *= p[4]
+    t2 = q[0] - p[3]
+    t2 = t2 * t2
+    t2 *= c[2]
+    t1 += t2
+    out[0] = t0
+    out[1] = t1
     return out
 
 
@@ -181,10 +231,12 @@ energy.__module__ = __name__
 def _joints(xp, number, q, p, c):
     out = [0.0] * 2
     # far-end position of every link, m
-    s0 = xp.sin(q[0])
-    c0 = xp.cos(q[0])
-    out[0] = p[1] * c0
-    out[1] = p[1] * s0
+    t0 = xp.cos(q[0])
+    t0 = p[1] * t0
+    t1 = xp.sin(q[0])
+    t1 = p[1] * t1
+    out[0] = t0
+    out[1] = t1
     return out
 
 

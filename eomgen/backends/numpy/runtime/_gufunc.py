@@ -211,8 +211,8 @@ class _Importer:
 
 
 def _elements(block):
-    """Contiguous arrays over the states of a block, one per element of the core."""
-    return numpy.ascontiguousarray(block.reshape(len(block), -1).T)
+    """Views over the states of a block, one per element of the core: they are read where they are, mostly once."""
+    return block.reshape(len(block), -1).T
 
 
 def _namespace(arrays):
