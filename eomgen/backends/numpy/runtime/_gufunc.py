@@ -11,6 +11,8 @@ import math
 
 import numpy
 
+LINE_BYTES = 64  # of a cache
+
 
 class Function:
     """A function of arrays, called like a NumPy generalised ufunc.
@@ -211,8 +213,14 @@ class _Importer:
 
 
 def _elements(block):
-    """Views over the states of a block, one per element of the core: they are read where they are, mostly once."""
-    return block.reshape(len(block), -1).T
+    """Arrays over the states of a block, one per element of the core.
+
+    Short rows are read where they lie, mostly once or twice; of rows longer than a line of the cache, every reading of
+    a column would fetch all lines.
+    """
+    columns = block.reshape(len(block), -1).T
+    far = columns.strides[1] != columns.itemsize and len(columns) * columns.itemsize > LINE_BYTES
+    return numpy.ascontiguousarray(columns) if far else columns
 
 
 def _namespace(arrays):
