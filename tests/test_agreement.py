@@ -15,6 +15,7 @@ from eomgen import pipeline
 from eomgen.errors import OptionError, SceneError
 from eomgen.frontends import METHODS
 from eomgen.frontends.recursive import RecursiveEquations
+from eomgen.ir.derivative import Tape
 from eomgen.ir.equations import Equations
 from eomgen.ir.expr import Node
 from eomgen.ir.interpret import PrimeField, run
@@ -55,6 +56,25 @@ def test_methods_agree(case: str) -> None:
 def test_methods_agree_on_random_scenes(scene: Scene) -> None:
     check(eomgen.derive(scene))  # what is compared is finite
     assert_methods_agree(scene)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_kinetic_energy_is_that_of_differentiated_positions(case: str) -> None:
+    """T of `lagrange` takes a velocity about a joint in polar coordinates; here nothing but positions is known."""
+    equations = eomgen.derive(CASES[case], "lagrange")
+    mechanism = equations.mechanism
+    ends: list[tuple[Node, Node]] = []
+    kinetic = mechanism.graph.zero
+    flow = {link.angle: link.rate for link in mechanism.links}
+    flow |= {link.length: link.length_rate for link in mechanism.links if link.varies}
+    for body_link, parent in zip(mechanism.links, mechanism.parents, strict=True):
+        x, y = ends[parent] if parent >= 0 else (mechanism.graph.zero,) * 2
+        ends.append((x + body_link.L * body_link.cos, y + body_link.L * body_link.sin))
+        for body in body_link.bodies:
+            reach = body_link.reach(body.alpha, body.beta)
+            vx, vy = Tape((x + reach * body_link.cos, y + reach * body_link.sin)).forward(flow)
+            kinetic = kinetic + (body.mass * (vx * vx + vy * vy) + body.inertia * body_link.rate * body_link.rate) / 2
+    assert exact([equations.kinetic]) == exact([kinetic])
 
 
 def test_a_changed_coefficient_is_seen() -> None:

@@ -1,7 +1,8 @@
 """Lagrange's equations of the second kind, from the energies alone.
 
 Positions are written down; velocities, momenta ∂T/∂q̇, forces ∂T/∂q and ∂V/∂q, and the time derivative are
-found by differentiating the expression graph. No formula of mechanics enters but
+found by differentiating the expression graph. No formula enters but ṙ² + r²φ̇², the square of a velocity in polar
+coordinates, and
 
     d/dt ∂T/∂q̇ - ∂T/∂q + ∂V/∂q + ∂R/∂q̇ = Q
 
@@ -104,19 +105,17 @@ class SceneLagrangeEquations(MechanismEquations, LagrangeEquations):
 def energies(mechanism: Mechanism) -> tuple[Node, Node, Node, Node]:
     """T, V of gravity, V of springs and the dissipation R of a scene."""
     graph, links = mechanism.graph, mechanism.links
-    positions: list[Node] = []
-    masses: list[Node] = []
-    kinetic = gravity = springs = dissipation = graph.zero
+    positions: list[Node] = []  # for every body that of its joint, its own from there, and r along the link
     ends: list[tuple[Node, Node]] = []
+    kinetic = gravity = springs = dissipation = graph.zero
     for link, parent in zip(links, mechanism.parents, strict=True):
-        x, y = ends[parent] if parent >= 0 else (graph.zero, graph.zero)
-        ends.append((x + link.L * link.cos, y + link.L * link.sin))
+        joint = ends[parent] if parent >= 0 else (graph.zero, graph.zero)
+        ends.append((joint[0] + link.L * link.cos, joint[1] + link.L * link.sin))
         along, up = link.length * link.cos, link.length * link.sin
         for body in link.bodies:
-            positions.append(x + (body.alpha * link.cos + body.beta * along))
-            positions.append(y + (body.alpha * link.sin + body.beta * up))
-            masses.append(graph.node(body.mass))
-            gravity = gravity + body.mass * positions[-1]
+            arm = body.alpha * link.cos + body.beta * along, body.alpha * link.sin + body.beta * up
+            positions += [*joint, *arm, link.reach(body.alpha, body.beta)]
+            gravity = gravity + body.mass * (joint[1] + arm[1])
             kinetic = kinetic + body.inertia * (link.rate * link.rate)
         turn, rate = link.angle, link.rate
         if parent >= 0:
@@ -130,8 +129,14 @@ def energies(mechanism: Mechanism) -> tuple[Node, Node, Node, Node]:
     flow = {link.angle: link.rate for link in links}
     flow.update((link.length, link.length_rate) for link in links if link.varies)
     velocities = iter(Tape(positions).forward(flow))
-    for mass, vx, vy in zip(masses, velocities, velocities, strict=True):
-        kinetic = kinetic + mass * (vx * vx + vy * vy)
+    for link in links:
+        for body in link.bodies:
+            vx, vy, arm_x, arm_y, along = (next(velocities) for _ in range(5))
+            across = link.reach(body.alpha, body.beta) * link.rate
+            # (v + w)² with w² in polar coordinates: in sines and cosines it leaves centrifugal terms, which cancel to
+            # rounding only, in the equation of the link's own angle.
+            square = vx * (vx + 2 * arm_x) + vy * (vy + 2 * arm_y) + (along * along + across * across)
+            kinetic = kinetic + body.mass * square
     return kinetic / 2, mechanism.gravity * gravity, springs / 2, dissipation / 2
 
 
