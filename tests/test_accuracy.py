@@ -172,7 +172,7 @@ def test_high_where_standard_fails() -> None:
 
 def test_fast_rounds_as_float() -> None:
     """Within what rounding to 24 bits explains, wherever the angles are: their differences are reduced as doubles."""
-    cases = [case for case in hard.cases_of(CASES["rigid_3"]) if "all sizes" not in case.name]  # no double holds those
+    cases = hard.cases_of(CASES["rigid_3"])
     for key, (error, condition) in certified(cases, "articulated", accuracy="fast").items():
         assert error / EPS <= 8 * 3 + 2 * condition, key
 

@@ -167,6 +167,19 @@ def turns() -> Program:
     return Program("turns", "two kinds of links", inputs, Array("out", (6,), "output"), (step,), scratch=scratch)
 
 
+def differences() -> Program:
+    """Sines of differences of arguments and parameters beside those of single ones; one difference has other uses."""
+    graph = Graph()
+    x, y, z, r = (graph.symbol(name) for name in "xyzr")
+    loads = {x: Place("q", (0,)), y: Place("q", (1,)), z: Place("q", (2,)), r: Place("p", (0,))}
+    turns = [x, y - x, z - y, x - r]
+    sines = [*map(graph.sin, turns), *map(graph.cos, [*turns[:2], turns[3]]), (z - y) * (z - y) - THIRD]
+    inputs = (Array("q", (3,), "input", ("x", "y", "z")), Array("p", (1,), "input", ("r",)))
+    outputs = [("out", i, node) for i, node in enumerate(sines)]
+    block = straight("all", loads, outputs)
+    return Program("differences", "sines of differences", inputs, Array("out", (len(sines),), "output"), (block,))
+
+
 def only(name: str) -> Program:
     """A program without inputs of the state that matter: constants and parameters only."""
     graph = Graph()
@@ -183,6 +196,7 @@ PROGRAMS: dict[str, Callable[[], Program]] = {
     "loop": loop,
     "square": square,
     "turns": turns,
+    "differences": differences,
     "still": lambda: only("still"),
 }
 
@@ -307,6 +321,25 @@ def test_one_state_and_many_give_the_same_bits(
     assert batch.shape == (states, *program.output.shape)
     for i in range(states):
         assert bits(batch[i]) == bits(function(*(x[i] for x in state), p))
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+@pytest.mark.parametrize("backend", backends.BACKENDS)
+def test_sines_of_differences(modules: dict[str, ModuleType], backend: str, dtype: str) -> None:
+    """Of angles of all sizes: nothing is lost, and no state has other bits because of its neighbours."""
+    sizes = [0.7, 3.0, -2.5, 11.0, 40.0, -1e3, 1e6, 3e-8, 1e15, -1e15, 2.0**40]
+    q = np.array(list(itertools.product(sizes, repeat=3)), dtype)
+    p = np.array([0.7], dtype)
+    function, program = modules[backend].differences, differences()
+    found = function(q, p)
+    for state in range(0, len(q), 7):
+        assert largest(found[state], exact(program, [q[state], p]), dtype) < 4, q[state]
+        if backend == "c":
+            assert bits(function(q[state], p)) == bits(found[state])
+    ordinary = q[np.abs(q).max(axis=1) < 4]
+    alone = function(ordinary, p)
+    for far in (30.0, 1e15):
+        assert (function(np.concatenate([ordinary, np.full((1, 3), [far, 0.7, far], dtype)]), p)[:-1] == alone).all()
 
 
 @pytest.mark.parametrize("backend", backends.BACKENDS)

@@ -583,6 +583,17 @@ def test_passes_keep_values(seed: int, limit: int) -> None:
         assert program_operations(pieces) == program_operations(program if pieces.constants == () else hoisted)
 
 
+def test_chunk_keeps_differences_with_their_sines(graph: Graph) -> None:
+    """A back end sees both angles, which a stored difference has lost."""
+    x, y = graph.symbol("q0"), graph.symbol("q1")
+    turn = x - y
+    outputs = [turn * turn, graph.sin(turn), (turn + 3) * x, graph.cos(turn) * y]
+    pieces = chunk.run(a_program(outputs, {x: Place("q", (0,)), y: Place("q", (1,))}), 1)
+    homes = [block for block in pieces.blocks if any(node.op in ("sin", "cos") for node in order(block))]
+    assert len(pieces.blocks) > len(homes) == 2
+    assert all(turn not in block.loads for block in homes)
+
+
 def test_chunk_leaves_short_programs_alone() -> None:
     program = random_program(0, 60)
     assert chunk.run(program, 400).blocks == program.blocks

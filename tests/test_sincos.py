@@ -228,6 +228,75 @@ def test_errors_are_below_what_is_claimed(builds, certified):
                 assert error[worst] <= claimed[kind], where
 
 
+def pairs(count, single=False, seed=5):
+    """About `count` pairs of angles of every kind, as rows: near, winding, far apart, of mixed size, near multiples."""
+    kind = np.float32 if single else np.float64
+    rng = np.random.default_rng(seed)
+    part = count // 8
+    hard = hardest(24 if single else 53)[-part:]
+    turns = 10.0 ** rng.uniform(-8, 15, (2, part)) * rng.choice([-1, 1], (2, part))
+    columns = [
+        rng.uniform(-np.pi, np.pi, (2, part)),
+        rng.uniform(-4, 4, (1, part)) + [[0], [1]] * rng.normal(size=part) * 1e-8,
+        rng.uniform(-30, 30, (2, part)),
+        rng.uniform(-LIMIT, LIMIT, (2, part)) / 2,
+        turns,
+        [turns[0], rng.uniform(-np.pi, np.pi, part)],
+        [turns[1] + 8 * rng.integers(-1, 2, part), turns[1]],  # on both sides of the limit of small differences
+        [hard, -hard / 1024],
+        [rng.integers(1, 1 << 19, part) * np.pi, np.full(part, 3e-9)],
+        [[1e15, 0.7, -1e6, 1e30, 3e38, -3e38, 8, -8, 0, -0.0], [0.7, -1e6, 0.7, 0.7, -3e38, -3e38, 0, 1e-9, 0, 0]],
+    ]
+    return np.concatenate([np.transpose(column) for column in columns]).astype(kind).astype(float)
+
+
+@needs_arb
+def test_sines_of_differences(builds):
+    """Certified: nothing of x - y is lost but, where it is below 8, half a unit in its last place.
+
+    Floats are subtracted as doubles, and results of long double are seen rounded to double.
+    """
+    for single in (False, True):
+        rows = pairs(6000, single)
+        x, y = rows.T
+        with flint.ctx.workprec(400):
+            turns = [flint.arb(a) - flint.arb(b) for a, b in rows.tolist()]
+            exact = [[(float(z.mid()), float((z - float(z.mid())).mid())) for z in turn.sin_cos()] for turn in turns]
+        exact = np.transpose(exact, (1, 2, 0))
+        eps, turn = 2.0**-23 if single else 2.0**-52, np.abs(x - y)
+        rounded = np.where(turn < 8, np.spacing(turn) / 2 + eps / 2, 2 * eps)
+        for build in builds:
+            for kind in ("f32", "f32v") if single else ("f64", "f64v", "f80"):
+                most = rounded if kind.startswith("f64") else np.full(len(rows), eps / 2)
+                for values, (hi, lo) in zip(build("difference", kind, rows, columns=2), exact, strict=True):
+                    error = np.abs((values - hi) - lo)
+                    worst = int(np.argmax(error - most))
+                    where = f"{build.name} {kind}: {rows[worst].tolist()} errs by {error[worst] / eps} eps"
+                    assert error[worst] <= most[worst], where
+
+
+def test_a_small_difference_is_rounded_and_no_more(builds):
+    """Where |x - y| < 8 the values are those of the rounded difference, to the bit."""
+    rows = pairs(2000)
+    turn = rows[:, 0] - rows[:, 1]
+    small = np.abs(turn) < 8
+    assert small.sum() > 500 and (~small).sum() > 500
+    for build in builds:
+        for kind in ("f64", "f64v"):
+            found, expected = build("difference", kind, rows, columns=2), build.sincos(kind, turn)
+            assert (found[:, small] == expected[:, small]).all()
+
+
+def test_lanes_of_differences_agree_with_scalars_to_the_bit(builds):
+    special = [(np.inf, 1.0), (1.0, np.nan), (1e15, 0.7), (3e38, -3e38), (-0.0, 0.0), (np.inf, np.inf)]
+    for build in builds:
+        for kind in TYPES:
+            rows = pairs(1600, single=kind.startswith("f32"), seed=6)
+            often = np.concatenate([np.tile(special, (20, 1)), rows[::8]])
+            for values in (rows[np.abs(rows[:, 0] - rows[:, 1]) < 8], rows, often):
+                assert int(build.text("difference_lanes", kind, x=values)) == 0, f"{build.name} {kind}"
+
+
 def test_beyond_the_limit_libm_answers(builds):
     """Not certified: glibc 2.36 itself errs by 8 ulp at the last, nearest of all to a multiple of pi/2."""
     nearest = 6381956970095103.0 * 2.0**797

@@ -42,9 +42,17 @@ class Text:
 
 
 class Sine(NamedTuple):
-    """An angle and the names of its sine and its cosine, None where one is not used."""
+    """An angle whose sine and cosine are wanted.
+
+    Attributes:
+        angle: its text.
+        difference: the texts of x and y if the angle is a difference x - y of loaded values, which is rounded where
+            they differ in size.
+        sine, cosine: names for the results, None where one is not used.
+    """
 
     angle: str
+    difference: tuple[str, str] | None
     sine: str | None
     cosine: str | None
 
@@ -88,10 +96,11 @@ def statements(
             uses[arg] = uses.get(arg, 0) + 1
     for store in block.stores:
         uses[store.node] = uses.get(store.node, 0) + 1
-    if printer.together:
-        angles_of = {op: {node.args[0] for node in nodes if node.op == op} for op in ("sin", "cos")}
-        for angle in angles_of["sin"] & angles_of["cos"]:
-            uses[angle] -= 1
+    for node in nodes:
+        if node.op in ("sin", "cos"):
+            (angle,) = node.args
+            again = printer.together and node.op == "cos" and angle.graph.sin(angle) in uses
+            uses[angle] -= again or is_difference(angle, block)
     # A sign never gets a name of its own, so what it negates must have one if the sign is used twice.
     for node in reversed(nodes):
         if node.op == "neg" and uses[node] > 1:
@@ -133,7 +142,11 @@ def statements(
         for twin, name in zip(twins, names, strict=True):
             if name is not None:
                 texts[twin] = Text(printer.named(name), 3, 0, twin, late=text_of(angle).late + LATENCY[twin.op])
-        return Sine(text_of(angle).text, *names)
+        difference = None
+        if is_difference(angle, block):
+            x, y = (text_of(arg).text for arg in angle.args)
+            difference = x, y
+        return Sine(text_of(angle).text, difference, *names)
 
     def at_hand(angle: Node) -> bool:
         return angle in block.loads or all(arg in block.loads for arg in angle.args)
@@ -159,6 +172,11 @@ def statements(
             compute(node)
         lines += [put(store, texts[node]) for store in early.get(node, ())]
     return lines + [put(store, text_of(store.node)) for store in last]
+
+
+def is_difference(angle: Node, block: Block) -> bool:
+    """Whether an angle is a difference of loaded values."""
+    return angle.op == "sub" and angle not in block.loads and all(arg in block.loads for arg in angle.args)
 
 
 def wrapped(text: Text, rank: int) -> str:

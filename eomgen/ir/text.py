@@ -36,7 +36,7 @@ class PlainPrinter:
         return f"{name} = {text}"
 
     def sincos(self, sines: list[Sine]) -> list[str]:
-        [(angle, sine, cosine)] = sines
+        [(angle, _, sine, cosine)] = sines
         pairs = ((sine, "sin"), (cosine, "cos"))
         return [f"{name} = {function}({angle})" for name, function in pairs if name]
 

@@ -1,7 +1,8 @@
 """chunk: long straight-line blocks are cut into bounded ones, so that compile time grows linearly.
 
 Compilers take more than linear time in the length of a function. A value that a later piece needs is kept in
-the array `t` (or `ct` at the rate of the parameters).
+the array `t` (or `ct` at the rate of the parameters). A difference whose sine is wanted is computed anew, since a
+back end corrects the sine for its rounding.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from dataclasses import replace
 from eomgen.ir.expr import Node
 from eomgen.ir.program import Array, Block, Place, Program, Step, Store, Turns, needed
 from eomgen.ir.schedule import order
+from eomgen.ir.statements import is_difference
 
 LIMIT = 600
 
@@ -38,12 +40,13 @@ def _pieces(blocks: tuple[Step, ...], array: str, role: str, scratch: list[Array
             for arg in node.args:
                 if arg in home:
                     last[arg] = max(last.get(arg, 0), home[node])
+        turns = {arg for node in nodes if node.op in ("sin", "cos") for arg in node.args if is_difference(arg, block)}
         stores: list[list[Store]] = [[] for _ in range(count)]
         for store in block.stores:
             stores[home.get(store.node, 0)].append(store)
         kept: dict[Node, Place] = {}
         for node in nodes:
-            if last.get(node, 0) > home[node]:
+            if last.get(node, 0) > home[node] and node not in turns:
                 kept[node] = Place(array, (size,))
                 stores[home[node]].append(Store(kept[node], node))
                 size += 1

@@ -1,11 +1,13 @@
 /* Drives eomgen_real.h for tests/test_sincos.py: doubles in on stdin, results out on stdout, binary.
  *
  *   sincos_check sincos T    x ...       -> sin, cos, ...            T: f64 f64v f32 f32v f80
+ *   sincos_check difference T  x, y ...  -> sin, cos of x - y, ...
  *   sincos_check pivot T     d, ref ...  -> inverse, flags, ...
  *   sincos_check other T     a, b, c ... -> fma(a, b, c), sqrt(a), exp(a), log(a), set(a) ...
  *   sincos_check flags T     x ...       -> flags, ...               1 invalid, 2 overflow, 4 divide by zero
  *   sincos_check lanes T     x ...       -> (text) number of lanes whose bits differ from the scalar type's; each x is
  *                                           tried in every lane position beside ever different others
+ *   sincos_check difference_lanes T  x, y ...  -> (text) the same for differences
  *   sincos_check speed                   -> (text) nanoseconds per pair for every type
  *   sincos_check target                  -> (text) fused or not, vector width
  *
@@ -15,25 +17,33 @@
 
 /* From and to arrays of doubles, EOM_LANES at a time.  Not inlined, so that the flags they raise are raised there. */
 
-static __attribute__((noinline)) void EOM_NAME(sincos)(const double *x, double *s, double *c)
+static __attribute__((noinline)) void EOM_NAME(sincos)(const double *x, const double *y, double *s, double *c)
 {
-    EOM_NAME(element) in[EOM_LANES], out[2][EOM_LANES];
-    eom_real v, vs, vc;
-    for (int i = 0; i < EOM_LANES; i++) in[i] = (EOM_NAME(element))x[i];
-    memcpy(&v, in, sizeof v);
-    eom_sincos(v, &vs, &vc);
-    memcpy(out[0], &vs, sizeof v);
-    memcpy(out[1], &vc, sizeof v);
+    EOM_NAME(element) in[2][EOM_LANES] = {0}, out[2][EOM_LANES];
+    eom_real v[2], vs, vc;
+    for (int i = 0; i < EOM_LANES; i++) {
+        in[0][i] = (EOM_NAME(element))x[i];
+        if (y) in[1][i] = (EOM_NAME(element))y[i];
+    }
+    memcpy(v, in, sizeof v);
+    if (y) eom_sincos(v[0], v[1], EOM_DIFFERENCE, &vs, &vc);
+    else eom_sincos(v[0], eom_set(0), EOM_ANGLE, &vs, &vc);
+    memcpy(out[0], &vs, sizeof vs);
+    memcpy(out[1], &vc, sizeof vc);
     for (int i = 0; i < EOM_LANES; i++) s[i] = (double)out[0][i], c[i] = (double)out[1][i];
 }
 
-static __attribute__((noinline)) void EOM_NAME(pair)(const double *x, double *s, double *c)
+static __attribute__((noinline)) void EOM_NAME(pair)(const double *x, const double *y, double *s, double *c)
 {
-    EOM_NAME(element) in[2][EOM_LANES], out[4][EOM_LANES];
-    eom_real v[2], r[4];
-    for (int i = 0; i < 2 * EOM_LANES; i++) in[i / EOM_LANES][i % EOM_LANES] = (EOM_NAME(element))x[i];
+    EOM_NAME(element) in[4][EOM_LANES] = {0}, out[4][EOM_LANES];
+    eom_real v[4], r[4];
+    for (int i = 0; i < 2 * EOM_LANES; i++) {
+        in[i / EOM_LANES][i % EOM_LANES] = (EOM_NAME(element))x[i];
+        if (y) in[2 + i / EOM_LANES][i % EOM_LANES] = (EOM_NAME(element))y[i];
+    }
     memcpy(v, in, sizeof v);
-    eom_sincos2(v[0], v[1], &r[0], &r[2], &r[1], &r[3]);
+    if (y) eom_sincos2(v[0], v[2], EOM_DIFFERENCE, v[1], v[3], EOM_DIFFERENCE, &r[0], &r[2], &r[1], &r[3]);
+    else eom_sincos2(v[0], eom_set(0), EOM_ANGLE, v[1], eom_set(0), EOM_ANGLE, &r[0], &r[2], &r[1], &r[3]);
     memcpy(out, r, sizeof r);
     for (int i = 0; i < 2 * EOM_LANES; i++) {
         s[i] = (double)out[i / EOM_LANES][i % EOM_LANES];
@@ -79,7 +89,7 @@ static __attribute__((noinline)) void EOM_NAME(many)(const void *x, void *s, voi
     for (int i = 0; i < n; i += EOM_LANES) {
         eom_real v, vs, vc;
         memcpy(&v, (const EOM_NAME(element) *)x + i, sizeof v);
-        eom_sincos(v, &vs, &vc);
+        eom_sincos(v, eom_set(0), EOM_ANGLE, &vs, &vc);
         memcpy((EOM_NAME(element) *)s + i, &vs, sizeof v);
         memcpy((EOM_NAME(element) *)c + i, &vc, sizeof v);
     }
@@ -122,8 +132,8 @@ typedef long double element_f80;
 typedef struct {
     const char *name;
     int lanes, size;
-    void (*sincos)(const double *, double *, double *);
-    void (*pair)(const double *, double *, double *); /* of 2 x lanes */
+    void (*sincos)(const double *, const double *, double *, double *); /* of x, or of x - y where y is not null */
+    void (*pair)(const double *, const double *, double *, double *);   /* of 2 x lanes */
     void (*pivot)(const double *, const double *, double *);
     void (*other)(const double *, const double *, const double *, double *);
     void (*many)(const void *, void *, void *, int);
@@ -158,8 +168,18 @@ static void do_sincos(const type *t)
 {
     double s[MOST], c[MOST];
     for (size_t i = 0; i < count; i += (size_t)t->lanes) {
-        t->sincos(input + i, s, c);
+        t->sincos(input + i, NULL, s, c);
         for (size_t j = 0; j < (size_t)t->lanes && i + j < count; j++) put((double[]){s[j], c[j]}, 2);
+    }
+}
+
+static void do_difference(const type *t)
+{
+    double x[MOST], y[MOST], s[MOST], c[MOST];
+    for (size_t i = 0; i < count / 2; i += (size_t)t->lanes) {
+        for (size_t j = 0; j < (size_t)t->lanes; j++) x[j] = input[2 * (i + j)], y[j] = input[2 * (i + j) + 1];
+        t->sincos(x, y, s, c);
+        for (size_t j = 0; j < (size_t)t->lanes && i + j < count / 2; j++) put((double[]){s[j], c[j]}, 2);
     }
 }
 
@@ -198,35 +218,41 @@ static void do_flags(const type *t)
         for (int j = 0; j < MOST; j++) x[j] = j + 0.5;
         x[i % (size_t)t->lanes] = input[i];
         feclearexcept(FE_ALL_EXCEPT);
-        t->sincos(x, s, c);
+        t->sincos(x, NULL, s, c);
         put((double[]){flags()}, 1);
     }
 }
 
-static void do_lanes(const type *t)
+static void lanes(const type *t, int columns)
 {
     const type *scalar = t->size == sizeof(double) ? types : types + 2;
-    double *s = malloc(count * sizeof *s), *c = malloc(count * sizeof *c);
-    size_t differ = 0, place[2 * MOST], step = 0;
+    size_t rows = count / (size_t)columns, differ = 0, place[2 * MOST], step = 0;
+    double *s = malloc(rows * sizeof *s), *c = malloc(rows * sizeof *c);
     if (!s || !c) exit(3);
-    for (size_t i = 0; i < count; i++) scalar->sincos(input + i, s + i, c + i);
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; i < rows; i++)
+        scalar->sincos(input + (size_t)columns * i, columns == 2 ? input + 2 * i + 1 : NULL, s + i, c + i);
+    for (size_t i = 0; i < rows; i++)
         for (int at = 0; at < t->lanes; at++) {
-            double x[2 * MOST], vs[2 * MOST], vc[2 * MOST];
+            double x[2 * MOST], second[2 * MOST], *y = columns == 2 ? second : NULL, vs[2 * MOST], vc[2 * MOST];
             for (int j = 0; j < 2 * t->lanes; j++) {
                 step = step * 6364136223846793005u + 1442695040888963407u;
-                place[j] = j == at ? i : (step >> 33) % count;
-                x[j] = input[place[j]];
+                place[j] = j == at ? i : (step >> 33) % rows;
+                x[j] = input[(size_t)columns * place[j]];
+                if (y) y[j] = input[2 * place[j] + 1];
             }
-            t->sincos(x, vs, vc);
+            t->sincos(x, y, vs, vc);
             for (int j = 0; j < t->lanes; j++)
                 differ += memcmp(vs + j, s + place[j], sizeof *s) || memcmp(vc + j, c + place[j], sizeof *c);
-            t->pair(x, vs, vc);
+            t->pair(x, y, vs, vc);
             for (int j = 0; j < 2 * t->lanes; j++)
                 differ += memcmp(vs + j, s + place[j], sizeof *s) || memcmp(vc + j, c + place[j], sizeof *c);
         }
     printf("%zu\n", differ);
 }
+
+static void do_lanes(const type *t) { lanes(t, 1); }
+
+static void do_difference_lanes(const type *t) { lanes(t, 2); }
 
 static double now(void)
 {
@@ -277,7 +303,7 @@ int main(int argc, char **argv)
         const char *name;
         void (*run)(const type *);
     } commands[] = {{"sincos", do_sincos}, {"pivot", do_pivot}, {"other", do_other}, {"flags", do_flags},
-                  {"lanes", do_lanes}};
+                  {"lanes", do_lanes}, {"difference", do_difference}, {"difference_lanes", do_difference_lanes}};
     if (argc == 2 && !strcmp(argv[1], "target")) return printf("%d %d\n", EOM_FUSED, EOM_VECTOR_BYTES) < 0;
     if (argc == 2 && !strcmp(argv[1], "speed")) return do_speed(), 0;
     for (size_t i = 0; argc == 3 && i < sizeof commands / sizeof *commands; i++)

@@ -6,7 +6,7 @@ The text serves every type: `real` is a scalar or a vector of lanes (see `runtim
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Literal
 
@@ -97,8 +97,8 @@ class CPrinter:
 
     def sincos(self, sines: list[Sine]) -> list[str]:
         function = "SINCOS2" if len(sines) == 2 else "SINCOS" if self.inline else "SINCOS_CALL"
-        angles = [angle for angle, _, _ in sines]
-        names = [name for _, sine, cosine in sines for name in (sine or f"{cosine}_sin", cosine or f"{sine}_cos")]
+        angles = [f"DIFFERENCE({', '.join(s.difference)})" if s.difference else f"ANGLE({s.angle})" for s in sines]
+        names = [name for s in sines for name in (s.sine or f"{s.cosine}_sin", s.cosine or f"{s.sine}_cos")]
         arguments = [*angles, *(f"&{name}[h]" for name in names)]
         return [f"pack {', '.join(names)}; EACH {function}({', '.join(arguments)});"]
 
@@ -135,7 +135,6 @@ class FastPrinter(CPrinter):
     def __init__(self, kinds: Mapping[str, Kind]) -> None:
         super().__init__(kinds, inline=False)
         self.arguments: dict[str, str] = {}  # text of an argument as a float -> as a pack
-        self.differences: dict[str, str] = {}
 
     def load(self, array: str, index: str) -> str:
         if self.kinds[array] == "input":
@@ -149,23 +148,26 @@ class FastPrinter(CPrinter):
         return super().load(array, index)
 
     def operation(self, node: Node, args: list[Text]) -> Text:
-        if node.op == "sub" and all(arg.text in self.arguments for arg in args):
-            operands = ", ".join(self.arguments[arg.text] for arg in args)
-            text = f"NARROW_DIFFERENCE({operands})"
-            self.differences[text] = operands
-            return Text(text, 3, 1, node)
+        packs = self._packs([arg.text for arg in args])
+        if node.op == "sub" and packs:
+            return Text(f"NARROW_DIFFERENCE({packs})", 3, 1, node)
         return super().operation(node, args)
+
+    def _packs(self, texts: Sequence[str]) -> str | None:
+        """Floats as the packs they come from, if all are arguments."""
+        known = all(text in self.arguments for text in texts)
+        return ", ".join(self.arguments[text] for text in texts) if known else None
 
     def assign(self, name: str, text: str) -> str:
         return f"floats {name}; EACH {name}[h] = {text};"
 
     def sincos(self, sines: list[Sine]) -> list[str]:
-        ((angle, sine, cosine),) = sines
+        ((angle, difference, sine, cosine),) = sines
         sine, cosine = sine or f"{cosine}_sin", cosine or f"{sine}_cos"
-        if angle in self.arguments:
-            call = f"SINCOS_ANGLE({self.arguments[angle]}"
-        elif angle in self.differences:
-            call = f"SINCOS_DIFFERENCE({self.differences[angle]}"
+        if difference and (packs := self._packs(difference)):
+            call = f"SINCOS_DIFFERENCE({packs}"
+        elif packs := self._packs([angle]):
+            call = f"SINCOS_ANGLE({packs}"
         else:
             call = f"SINCOS({angle}"
         return [f"floats {sine}, {cosine}; EACH {call}, &{sine}[h], &{cosine}[h]);"]
@@ -258,7 +260,7 @@ class HighPrinter:
         return f"twofold {name} = {self._wide(text)};"
 
     def sincos(self, sines: list[Sine]) -> list[str]:
-        ((angle, sine, cosine),) = sines
+        ((angle, _, sine, cosine),) = sines
         sine, cosine = sine or f"{cosine}_sin", cosine or f"{sine}_cos"
         return [f"twofold {sine}, {cosine}; SINCOS({self._wide(angle)}, &{sine}, &{cosine});"]
 

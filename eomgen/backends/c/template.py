@@ -28,9 +28,11 @@ typedef real pack[EOM_WIDE];
 #define R(x) ((x) - (real){0}) /* a scalar in every lane; a vector as it is */
 #define K(x) ((scalar)x##L) /* a literal, read in the widest type */
 #define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
-#define SINCOS(x, s, c) eom_sincos(R(x), s, c)
-#define SINCOS2(x, y, sx, cx, sy, cy) eom_sincos2(R(x), R(y), sx, cx, sy, cy)
-#define SINCOS_CALL(x, s, c) eom_sincos_call(R(x), s, c)
+#define ANGLE(x) R(x), R(K(0.0)), EOM_ANGLE
+#define DIFFERENCE(x, y) R(x), R(y), EOM_DIFFERENCE
+#define SINCOS(angle, s, c) eom_sincos(angle, s, c)
+#define SINCOS2(angle, angle2, s, c, s2, c2) eom_sincos2(angle, angle2, s, c, s2, c2)
+#define SINCOS_CALL(angle, s, c) eom_sincos_call(angle, s, c)
 #define PIVOT_INVERSE(pivot, reference) eom_pivot_inverse(R(pivot), R(reference))
 #define SQRT(x) eom_sqrt(R(x))
 #define EXP(x) eom_exp(R(x))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 
 from eomgen.backends.numpy import template
@@ -11,7 +12,7 @@ from eomgen.backends.package import init_source, package_files
 from eomgen.ir.expr import LEAVES, Node
 from eomgen.ir.program import Block, Place, Program, Step, Turns, parts
 from eomgen.ir.schedule import order
-from eomgen.ir.statements import Indices, Text
+from eomgen.ir.statements import Indices, Text, is_difference
 from eomgen.model import Model
 
 RUNTIME = Path(__file__).parent / "runtime" / "_gufunc.py"
@@ -71,8 +72,10 @@ def _routine(program: Program, name: str, arguments: str, steps: tuple[Step, ...
     printer = NumPyPrinter({array.name for array in program.scratch if array.role == "carried"})
     if result == "out":
         lines.append(f"out = [0.0] * {program.output.size}")
-    for step in steps:
-        lines += _step(step, printer)
+    body = [line for step in steps for line in _step(step, printer)]
+    if any(", small)" in line for line in body):
+        lines.append("small = all_small(xp, q)")
+    lines += body
     names = [array.name for array in program.scratch if array.role == "constants"]
     returned = "out" if result == "out" else f"({', '.join(names)},)"
     unpacked = f"{', '.join(names)}, = c" if names and result == "out" else ""
@@ -113,12 +116,14 @@ def _body(block: Block, printer: NumPyPrinter, suffix: str = "") -> tuple[list[s
 def _statements(block: Block, printer: NumPyPrinter, indices: Indices) -> list[str]:
     """Every operation as a statement, then the stores.
 
-    After the last use of a value its name is taken again, so that few arrays are alive and stay in the cache. A sum
-    or product is written over an operand that has no other use, if no library keeps that for derivatives and it
+    Sine and cosine of a difference of loaded values come from one call, which corrects them for its rounding. After
+    the last use of a value its name is taken again, so that few arrays are alive and stay in the cache. A sum or product is written over an operand that has no other use, if no library keeps that for derivatives and it
     depends on every argument that the other one depends on: then it has the shape of the result.
     """
     nodes = order(block)
+    turned = {node: node.args[0] for node in nodes if node.op in ("sin", "cos") and is_difference(node.args[0], block)}
     uses = Counter([*(arg for node in nodes for arg in node.args), *(store.node for store in block.stores)])
+    uses.subtract(turned.values())
     left = dict(uses)
     texts: dict[Node, Text] = {}
     least: dict[Node, frozenset[str]] = {}  # the arguments a value certainly depends on
@@ -140,11 +145,32 @@ def _statements(block: Block, printer: NumPyPrinter, indices: Indices) -> list[s
             most[node] = least[node] if array in {"", *ARGUMENTS} else ARGUMENTS
         return texts[node]
 
-    for node in nodes:
-        args = node.args
-        text = printer.operation(node, [text_of(arg) for arg in args]).text
+    def new_name() -> str:
+        nonlocal count
+        if free:
+            return free.pop()
+        count += 1
+        return f"t{count - 1}"
+
+    def depends(node: Node, args: Iterable[Node]) -> None:
         least[node] = frozenset().union(*(least[arg] for arg in args))
         most[node] = frozenset().union(*(most[arg] for arg in args))
+
+    for node in nodes:
+        args = node.args
+        if node in texts or not uses[node]:
+            continue
+        if node in turned:
+            x, y = (text_of(arg).text for arg in turned[node].args)
+            names = []
+            for twin in (turned[node].graph.sin(args[0]), turned[node].graph.cos(args[0])):
+                names.append(new_name() if twin in turned else "_")
+                texts[twin] = Text(names[-1], 3, 0, twin)
+                depends(twin, turned[node].args)
+            lines.append(printer.turn(*names, x, y))
+            continue
+        text = printer.operation(node, [text_of(arg) for arg in args]).text
+        depends(node, args)
         targets = {"add": args, "mul": args, "sub": args[:1]}.get(node.op, ())
         spare = [arg for arg in targets if uses[arg] == 1 and arg.op in UNRECORDED and least[arg] == most[node]]
         over = spare[0] if spare else None
@@ -152,15 +178,8 @@ def _statements(block: Block, printer: NumPyPrinter, indices: Indices) -> list[s
             left[arg] -= 1
             if not left[arg] and arg not in block.loads and arg.op not in LEAVES and arg is not over:
                 free.append(texts[arg].text)
-        if over:
-            name = texts[over].text
-            lines.append(_updated(name, text))
-        else:
-            if not free:
-                free.append(f"t{count}")
-                count += 1
-            name = free.pop()
-            lines.append(f"{name} = {text}")
+        name = texts[over].text if over else new_name()
+        lines.append(_updated(name, text) if over else f"{name} = {text}")
         texts[node] = Text(name, 3, 0, node)
     for store in block.stores:
         target, value = f"{store.place.array}[{indices.at(store.place)}]", text_of(store.node).text

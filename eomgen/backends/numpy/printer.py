@@ -40,6 +40,11 @@ class NumPyPrinter:
             return Text(f"xp.{node.op}({typed(args[0].text)})", 3, depth, node)
         return infix(node, args)
 
+    def turn(self, sine: str, cosine: str, x: str, y: str) -> str:
+        """The statement for sine and cosine of a difference of loaded values."""
+        small = "small" if x.startswith("q[") and y.startswith("q[") else "False"
+        return f"{sine}, {cosine} = sincos_difference(xp, {x}, {y}, {small})"
+
 
 def typed(text: str) -> str:
     """The argument of a function; a literal takes the type of the arrays first."""

@@ -5,7 +5,7 @@ exactly, and sequences of arrays over states (q[0], q[1], ...), and return a lis
 objects give them the shapes and the broadcasting of generalised ufuncs.
 """
 
-from ._gufunc import Function, pivot_inverse
+from ._gufunc import Function, all_small, pivot_inverse, sincos_difference
 
 
 

@@ -5,7 +5,7 @@ exactly, and sequences of arrays over states (q[0], q[1], ...), and return a lis
 objects give them the shapes and the broadcasting of generalised ufuncs.
 """
 
-from ._gufunc import Function, pivot_inverse
+from ._gufunc import Function, all_small, pivot_inverse, sincos_difference
 
 
 
@@ -156,17 +156,16 @@ def _forward_dynamics(xp, number, q, v, u, p, c):
     kept9 = [0.0] * 1
     kept10 = [0.0] * 1
     out = [0.0] * 8
+    small = all_small(xp, q)
     # link4, tips to root
     t0 = u[7] * c[0]
-    t1 = q[3] - q[2]
-    t2 = xp.cos(t1)
+    t1, t2 = sincos_difference(xp, q[3], q[2], small)
     t3 = t0 * t2
     t4 = q[7] * q[7]
     t4 = pivot_inverse(xp, t4, t4)
     t4 = q[7] * t4
     t5 = u[3] * t4
     t6 = c[0] * t5
-    t1 = xp.sin(t1)
     t7 = t6 * t1
     t3 -= t7
     t0 = t0 * t1
@@ -184,13 +183,11 @@ def _forward_dynamics(xp, number, q, v, u, p, c):
         force_n_up_in = force_n_up[0]
         force_u_up_in = force_u_up[0]
         torque_up_in = torque_up[0]
-        t0 = q[2 - k] - q[1 - k]
-        t1 = xp.cos(t0)
+        t0, t1 = sincos_difference(xp, q[2 - k], q[1 - k], small)
         t2 = u[6 - k] - force_u_up_in
         t3 = c[1 + k] * t2
         t3 = force_u_up_in + t3
         t4 = t1 * t3
-        t0 = xp.sin(t0)
         t5 = q[6 - k] * q[6 - k]
         t5 = pivot_inverse(xp, t5, t5)
         t5 = q[6 - k] * t5

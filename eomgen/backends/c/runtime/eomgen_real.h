@@ -12,8 +12,8 @@
  *
  *   eom_set_T(double a)              a in every lane
  *   eom_fma_T(a, b, c)               a b + c: rounded once where the target has an instruction for it, else twice
- *   eom_sincos_T(x, &s, &c)          sine and cosine, section 5
- *   eom_sincos2_T(x, y, &sx, &cx, &sy, &cy)  those of two angles: the same values, scalars side by side
+ *   eom_sincos_T(x, y, limit, &s, &c)  sine and cosine of x - y, section 5; of x if y is 0
+ *   eom_sincos2_T(x, y, limit, z, w, limit2, &s, &c, &s2, &c2)  those of x - y and z - w: the same, scalars side by side
  *   eom_pivot_inverse_T(d, ref)      1/d if d > 16 EPS ref + MIN; else NaN and the `invalid` flag
  *   eom_sqrt_T, eom_exp_T, eom_log_T
  *
@@ -209,15 +209,23 @@ EOM_INLINE eom_f32v eom_fma_f32v(eom_f32v a, eom_f32v b, eom_f32v c)
 
 /* ---- 5. Sine and cosine ------------------------------------------------------------------------------------------
  *
- * eom_sincos_T(x, &s, &c).  Largest error, in units in the last place of the exact value:
+ * eom_sincos_T(x, 0, EOM_ANGLE, &s, &c).  Largest error, in units in the last place of the exact value:
  *
  *   f64, f64v   |x| <= 2^20: 0.94 ulp (0.9 where no operations are fused) by analysis of the rounding of every step;
  *               0.89 (0.79) the worst of 10^6 arguments measured with ball arithmetic (tests/test_sincos.py)
  *   f32, f32v   |x| <= 2^20: 0.6 ulp; computed in double, rounded to float once
  *   f80, and all types beyond 2^20: that of libm's sin and cos
  *
+ * eom_sincos_T(x, y, EOM_DIFFERENCE, &s, &c).  Largest error, absolute, in eps of the type (EPS of section 6):
+ *
+ *   |x - y| < 8   0.5 and half a unit in the last place of x - y, which is rounded: 2 at most, nothing if x and y are
+ *                 within a factor of two of each other, and as much as the target for results concedes (8 n eps and
+ *                 what 2 eps of 1 rad in every angle make of them, docs/accuracy.md)
+ *   beyond        2: nothing of x - y is lost, however much x and y differ in size
+ *   f32, f32v     0.5 everywhere: floats are subtracted as doubles
+ *
  * sin(-0.0) is -0.0, infinities give NaN and raise `invalid` as in libm, and no finite argument raises `invalid`,
- * `overflow` or `divide by zero`.
+ * `overflow` or `divide by zero` (but for `overflow` where x - y does).
  *
  * Method.  With k the integer nearest to 2x/pi and r = x - k pi/2, |r| <= pi/4, sine and cosine of x are those of r
  * up to exchange and signs, which k mod 4 decides.
@@ -240,13 +248,17 @@ EOM_INLINE eom_f32v eom_fma_f32v(eom_f32v a, eom_f32v b, eom_f32v c)
  * e = (1 - w) + y is its error, and cosine is w + (y^2 C(y) + (hi tail + e)); w also is cos(hi) of the sine.
  * For x = -0, tail is +0 and hi - (0 + 0) = -0.
  *
+ * Differences beyond the limit.  Up to 2^20 the rounding error e of x - y (Knuth's TwoSum: exact) is below 2^-33, so that
+ * sine and cosine change by e cos and -e sin.  Beyond, or where an angle is not finite, they are put together from those
+ * of x and y; for f80 they always are.
+ *
  * Exchange and signs.  Bits 0 and 1 of k, shifted to the place of the sign, are `odd` and `half`: odd k exchanges sine
  * and cosine, `half` flips the signs of both, `odd` that of the cosine.
  */
 
 #define EOM_SINCOS_LIMIT 0x1p20
-#define EOM_SINCOS_LIMIT_BITS_F64 0x4130000000000000LL
-#define EOM_SINCOS_LIMIT_BITS_F32 0x49800000
+#define EOM_ANGLE EOM_SINCOS_LIMIT /* limits that eom_sincos_T takes */
+#define EOM_DIFFERENCE 0x1.fffffffffffffp+2 /* the largest double below 8 */
 #define EOM_SIGN_BIT_F64 (-0x7fffffffffffffffLL - 1)
 #define EOM_ROUNDER 0x1.8p52                     /* 1.5 2^52 */
 #define EOM_TWO_OVER_PI 0x1.45f306dc9c883p-1     /* 2/pi rounded to double */
@@ -335,17 +347,46 @@ typedef struct {
     double s, c;
 } eom_sincos_pair;
 
-EOM_COLD eom_sincos_pair eom_sincos_far_f64(double x) { return (eom_sincos_pair){sin(x), cos(x)}; }
-
-EOM_INLINE void eom_sincos_f64(eom_f64 x, eom_f64 *sine, eom_f64 *cosine)
+/* Of x - y from those of x and y. */
+EOM_COLD eom_sincos_pair eom_sincos_far_f64(double x, double y)
 {
-    if (EOM_UNLIKELY(!__builtin_islessequal(__builtin_fabs(x), EOM_SINCOS_LIMIT))) {
-        eom_sincos_pair far = eom_sincos_far_f64(x);
+    double sx = sin(x), cx = cos(x), sy = sin(y), cy = cos(y);
+    return (eom_sincos_pair){sx * cy - cx * sy, cx * cy + sx * sy};
+}
+
+/* eom_sincos_within_T: where d, x - y rounded, is at most 2^20.  Lanes beyond EOM_DIFFERENCE, if there are any, are
+ * corrected by what the rounding took. */
+#define EOM_DEFINE_SINCOS_WITHIN(T, V, I, FMA, SET)                                                                   \
+    EOM_INLINE void eom_sincos_within_##T(V x, V y, V d, int beyond, V *sine, V *cosine)                              \
+    {                                                                                                                 \
+        eom_sincos_near_##T(d, sine, cosine);                                                                         \
+        if (EOM_UNLIKELY(beyond)) {                                                                                   \
+            V s = *sine, c = *cosine, rest = x - d, e = (x - (d + rest)) + (rest - y);                                \
+            I small = ((I)d & ~EOM_SIGN_BIT_F64) <= (I)SET(EOM_DIFFERENCE);                                           \
+            *sine = (V)(((I)s & small) | ((I)FMA(e, c, s) & ~small));                                                 \
+            *cosine = (V)(((I)c & small) | ((I)FMA(-e, s, c) & ~small));                                              \
+        }                                                                                                             \
+    }
+
+EOM_DEFINE_SINCOS_WITHIN(f64x2, eom_f64x2, eom_i64x2, eom_fma_f64x2, eom_set_f64x2)
+EOM_DEFINE_SINCOS_WITHIN(f64v, eom_f64v, eom_i64v, eom_fma_f64v, eom_set_f64v)
+
+EOM_INLINE int eom_far_f64(double x, double limit)
+{
+    return EOM_UNLIKELY(!__builtin_islessequal(__builtin_fabs(x), limit));
+}
+
+EOM_INLINE void eom_sincos_f64(eom_f64 x, eom_f64 y, double limit, eom_f64 *sine, eom_f64 *cosine)
+{
+    eom_f64 d = x - y;
+    int beyond = eom_far_f64(d, limit);
+    if (EOM_UNLIKELY(beyond && eom_far_f64(d, EOM_SINCOS_LIMIT))) {
+        eom_sincos_pair far = eom_sincos_far_f64(x, y);
         *sine = far.s;
         *cosine = far.c;
     } else {
         eom_f64x2 s, c;
-        eom_sincos_near_f64x2((eom_f64x2){x, 0.0}, &s, &c);
+        eom_sincos_within_f64x2((eom_f64x2){x, 0.0}, (eom_f64x2){y, 0.0}, (eom_f64x2){d, 0.0}, beyond, &s, &c);
         *sine = s[0];
         *cosine = c[0];
     }
@@ -353,58 +394,70 @@ EOM_INLINE void eom_sincos_f64(eom_f64 x, eom_f64 *sine, eom_f64 *cosine)
 
 /* The same as a call, for code in which compile time counts more. */
 #define EOM_DEFINE_SINCOS_CALL(T)                                                                                     \
-    EOM_CALL void eom_sincos_call_##T(eom_##T x, eom_##T *sine, eom_##T *cosine) { eom_sincos_##T(x, sine, cosine); }
+    EOM_CALL void eom_sincos_call_##T(eom_##T x, eom_##T y, double limit, eom_##T *sine, eom_##T *cosine)             \
+    {                                                                                                                 \
+        eom_sincos_##T(x, y, limit, sine, cosine);                                                                    \
+    }
 
 EOM_DEFINE_SINCOS_CALL(f64)
 
-EOM_INLINE void eom_sincos2_f64(eom_f64 x, eom_f64 y, eom_f64 *sx, eom_f64 *cx, eom_f64 *sy, eom_f64 *cy)
+EOM_INLINE void eom_sincos2_f64(eom_f64 x, eom_f64 y, double limit, eom_f64 z, eom_f64 w, double limit2, eom_f64 *sine,
+                                eom_f64 *cosine, eom_f64 *sine2, eom_f64 *cosine2)
 {
-    if (EOM_UNLIKELY(!__builtin_islessequal(__builtin_fabs(x), EOM_SINCOS_LIMIT) ||
-                     !__builtin_islessequal(__builtin_fabs(y), EOM_SINCOS_LIMIT))) {
-        eom_sincos_call_f64(x, sx, cx);
-        eom_sincos_call_f64(y, sy, cy);
+    eom_f64 d = x - y, d2 = z - w;
+    int beyond = eom_far_f64(d, limit) || eom_far_f64(d2, limit2);
+    if (EOM_UNLIKELY(beyond && (eom_far_f64(d, EOM_SINCOS_LIMIT) || eom_far_f64(d2, EOM_SINCOS_LIMIT)))) {
+        eom_sincos_call_f64(x, y, limit, sine, cosine);
+        eom_sincos_call_f64(z, w, limit2, sine2, cosine2);
     } else {
         /* Adjacent angles must not be loaded as one vector: it would wait for the two stores of an integrator. */
-        EOM_OPAQUE(y);
+        EOM_OPAQUE(d2);
         eom_f64x2 s, c;
-        eom_sincos_near_f64x2((eom_f64x2){x, y}, &s, &c);
-        *sx = s[0];
-        *cx = c[0];
-        *sy = s[1];
-        *cy = c[1];
+        eom_sincos_within_f64x2((eom_f64x2){x, z}, (eom_f64x2){y, w}, (eom_f64x2){d, d2}, beyond, &s, &c);
+        *sine = s[0];
+        *cosine = c[0];
+        *sine2 = s[1];
+        *cosine2 = c[1];
     }
 }
 
-EOM_INLINE void eom_sincos_f32(eom_f32 x, eom_f32 *sine, eom_f32 *cosine)
+EOM_INLINE void eom_sincos_f32(eom_f32 x, eom_f32 y, double limit, eom_f32 *sine, eom_f32 *cosine)
 {
-    if (EOM_UNLIKELY(!__builtin_islessequal(__builtin_fabsf(x), (float)EOM_SINCOS_LIMIT))) {
-        eom_sincos_pair far = eom_sincos_far_f64(x);
+    (void)limit;
+    if (EOM_UNLIKELY(!__builtin_islessequal(__builtin_fabsf(x - y), (float)EOM_SINCOS_LIMIT))) {
+        eom_sincos_pair far = eom_sincos_far_f64(x, y);
         *sine = (float)far.s;
         *cosine = (float)far.c;
     } else {
         eom_f64x2 s, c;
-        eom_sincosf_near_f64x2((eom_f64x2){x, 0.0}, &s, &c);
+        eom_sincosf_near_f64x2((eom_f64x2){(double)x - y, 0.0}, &s, &c);
         *sine = (float)s[0];
         *cosine = (float)c[0];
     }
 }
 
-EOM_INLINE void eom_sincos_f80(eom_f80 x, eom_f80 *sine, eom_f80 *cosine)
+EOM_INLINE void eom_sincos_f80(eom_f80 x, eom_f80 y, double limit, eom_f80 *sine, eom_f80 *cosine)
 {
-    *sine = sinl(x);
-    *cosine = cosl(x);
+    if (__builtin_islessequal(__builtin_fabsl(x - y), (eom_f80)limit)) {
+        *sine = sinl(x - y);
+        *cosine = cosl(x - y);
+    } else {
+        eom_f80 sx = sinl(x), cx = cosl(x), sy = sinl(y), cy = cosl(y);
+        *sine = sx * cy - cx * sy;
+        *cosine = cx * cy + sx * sy;
+    }
 }
 
-/* Vectors: not 0 if any lane is beyond the limit, infinite or NaN.  The bits of |x| are compared as integers, which
+/* Vectors: not 0 if any lane is beyond a limit, infinite or NaN.  The bits of |x| are compared as integers, which
  * raises no flag; without mask registers the difference's signs are gathered. */
 
-EOM_INLINE int eom_any_far_f64v(eom_f64v x)
+EOM_INLINE int eom_any_far_f64v(eom_f64v x, double limit)
 {
-    eom_i64v bits = (eom_i64v)x & ~EOM_SIGN_BIT_F64;
+    eom_i64v bits = (eom_i64v)x & ~EOM_SIGN_BIT_F64, most = (eom_i64v)eom_set_f64v(limit);
 #if EOM_VECTOR_BYTES == 64 && EOM_HAS(__builtin_ia32_cmpq512_mask)
-    return __builtin_ia32_cmpq512_mask(bits, (eom_i64v)EOM_EACH_F64(EOM_SINCOS_LIMIT_BITS_F64), 6, -1); /* 6: > */
+    return __builtin_ia32_cmpq512_mask(bits, most, 6, -1); /* 6: > */
 #else
-    bits = EOM_SINCOS_LIMIT_BITS_F64 - bits;
+    bits = most - bits;
 #if EOM_VECTOR_BYTES == 32 && EOM_HAS(__builtin_ia32_movmskpd256)
     return __builtin_ia32_movmskpd256((eom_f64v)bits);
 #elif EOM_VECTOR_BYTES == 16 && EOM_HAS(__builtin_ia32_movmskpd)
@@ -417,13 +470,13 @@ EOM_INLINE int eom_any_far_f64v(eom_f64v x)
 #endif
 }
 
-EOM_INLINE int eom_any_far_f32v(eom_f32v x)
+EOM_INLINE int eom_any_far_f32v(eom_f32v x, double limit)
 {
-    eom_i32v bits = (eom_i32v)x & 0x7fffffff;
+    eom_i32v bits = (eom_i32v)x & 0x7fffffff, most = (eom_i32v)eom_set_f32v(limit);
 #if EOM_VECTOR_BYTES == 64 && EOM_HAS(__builtin_ia32_cmpd512_mask)
-    return __builtin_ia32_cmpd512_mask(bits, (eom_i32v)EOM_EACH_F32(EOM_SINCOS_LIMIT_BITS_F32), 6, -1);
+    return __builtin_ia32_cmpd512_mask(bits, most, 6, -1);
 #else
-    bits = EOM_SINCOS_LIMIT_BITS_F32 - bits;
+    bits = most - bits;
 #if EOM_VECTOR_BYTES == 32 && EOM_HAS(__builtin_ia32_movmskps256)
     return __builtin_ia32_movmskps256((eom_f32v)bits);
 #elif EOM_VECTOR_BYTES == 16 && EOM_HAS(__builtin_ia32_movmskps)
@@ -481,12 +534,13 @@ EOM_INLINE eom_f32v eom_narrow_f32v(eom_f64v low, eom_f64v high)
 }
 #endif
 
-EOM_INLINE void eom_sincos_near_f32v(eom_f32v x, eom_f32v *sine, eom_f32v *cosine)
+EOM_INLINE void eom_sincos_within_f32v(eom_f32v x, eom_f32v y, eom_f32v *sine, eom_f32v *cosine)
 {
-    eom_f64v low, high, s_low, c_low, s_high, c_high;
+    eom_f64v low, high, y_low, y_high, s_low, c_low, s_high, c_high;
     eom_widen_f32v(x, &low, &high);
-    eom_sincosf_near_f64v(low, &s_low, &c_low);
-    eom_sincosf_near_f64v(high, &s_high, &c_high);
+    eom_widen_f32v(y, &y_low, &y_high);
+    eom_sincosf_near_f64v(low - y_low, &s_low, &c_low);
+    eom_sincosf_near_f64v(high - y_high, &s_high, &c_high);
     *sine = eom_narrow_f32v(s_low, s_high);
     *cosine = eom_narrow_f32v(c_low, c_high);
 }
@@ -494,59 +548,77 @@ EOM_INLINE void eom_sincos_near_f32v(eom_f32v x, eom_f32v *sine, eom_f32v *cosin
 /* The whole vector when some lane is far: libm for the far lanes, zeros in their place while the others are computed,
  * which thus get the bits they always get. */
 
-EOM_COLD void eom_sincos_far_f64v(const eom_f64v *x, eom_f64v *sine, eom_f64v *cosine)
+EOM_COLD void eom_sincos_far_f64v(const eom_f64v *x, const eom_f64v *y, eom_f64v *sine, eom_f64v *cosine)
 {
-    eom_i64v far = ((eom_i64v)*x & ~EOM_SIGN_BIT_F64) > EOM_SINCOS_LIMIT_BITS_F64;
-    eom_sincos_near_f64v((eom_f64v)((eom_i64v)*x & ~far), sine, cosine);
+    eom_i64v far = ((eom_i64v)(*x - *y) & ~EOM_SIGN_BIT_F64) > (eom_i64v)eom_set_f64v(EOM_SINCOS_LIMIT);
+    eom_f64v u = (eom_f64v)((eom_i64v)*x & ~far), v = (eom_f64v)((eom_i64v)*y & ~far);
+    eom_sincos_within_f64v(u, v, u - v, 1, sine, cosine);
     for (int i = 0; i < EOM_LANES_F64; i++)
         if (far[i]) {
-            (*sine)[i] = sin((*x)[i]);
-            (*cosine)[i] = cos((*x)[i]);
+            eom_sincos_pair pair = eom_sincos_far_f64((*x)[i], (*y)[i]);
+            (*sine)[i] = pair.s;
+            (*cosine)[i] = pair.c;
         }
 }
 
-EOM_COLD void eom_sincos_far_f32v(const eom_f32v *x, eom_f32v *sine, eom_f32v *cosine)
+EOM_COLD void eom_sincos_far_f32v(const eom_f32v *x, const eom_f32v *y, eom_f32v *sine, eom_f32v *cosine)
 {
-    eom_i32v far = ((eom_i32v)*x & 0x7fffffff) > EOM_SINCOS_LIMIT_BITS_F32;
-    eom_sincos_near_f32v((eom_f32v)((eom_i32v)*x & ~far), sine, cosine);
+    eom_i32v far = ((eom_i32v)(*x - *y) & 0x7fffffff) > (eom_i32v)eom_set_f32v(EOM_SINCOS_LIMIT);
+    eom_sincos_within_f32v((eom_f32v)((eom_i32v)*x & ~far), (eom_f32v)((eom_i32v)*y & ~far), sine, cosine);
     for (int i = 0; i < EOM_LANES_F32; i++)
         if (far[i]) {
-            (*sine)[i] = (float)sin((*x)[i]);
-            (*cosine)[i] = (float)cos((*x)[i]);
+            eom_sincos_pair pair = eom_sincos_far_f64((*x)[i], (*y)[i]);
+            (*sine)[i] = (float)pair.s;
+            (*cosine)[i] = (float)pair.c;
         }
 }
 
-/* Only copies made on the rare path have their address taken: x, s and c stay in registers. */
-#define EOM_DEFINE_SINCOS_VECTOR(T)                                                                                   \
-    EOM_INLINE void eom_sincos_##T(eom_##T x, eom_##T *sine, eom_##T *cosine)                                         \
-    {                                                                                                                 \
-        if (EOM_UNLIKELY(eom_any_far_##T(x))) {                                                                       \
-            eom_##T x_far = x, s_far, c_far;                                                                          \
-            eom_sincos_far_##T(&x_far, &s_far, &c_far);                                                               \
-            *sine = s_far;                                                                                            \
-            *cosine = c_far;                                                                                          \
-        } else {                                                                                                      \
-            eom_##T s, c;                                                                                             \
-            eom_sincos_near_##T(x, &s, &c);                                                                           \
-            *sine = s;                                                                                                \
-            *cosine = c;                                                                                              \
-        }                                                                                                             \
-    }
+/* Only copies made on the rare path have their address taken: x, y, s and c stay in registers. */
 
-EOM_DEFINE_SINCOS_VECTOR(f64v)
-EOM_DEFINE_SINCOS_VECTOR(f32v)
+EOM_INLINE void eom_sincos_f64v(eom_f64v x, eom_f64v y, double limit, eom_f64v *sine, eom_f64v *cosine)
+{
+    eom_f64v d = x - y;
+    int beyond = eom_any_far_f64v(d, limit);
+    if (EOM_UNLIKELY(beyond && eom_any_far_f64v(d, EOM_SINCOS_LIMIT))) {
+        eom_f64v x_far = x, y_far = y, s_far, c_far;
+        eom_sincos_far_f64v(&x_far, &y_far, &s_far, &c_far);
+        *sine = s_far;
+        *cosine = c_far;
+    } else {
+        eom_f64v s, c;
+        eom_sincos_within_f64v(x, y, d, beyond, &s, &c);
+        *sine = s;
+        *cosine = c;
+    }
+}
+
+EOM_INLINE void eom_sincos_f32v(eom_f32v x, eom_f32v y, double limit, eom_f32v *sine, eom_f32v *cosine)
+{
+    (void)limit;
+    if (EOM_UNLIKELY(eom_any_far_f32v(x - y, EOM_SINCOS_LIMIT))) {
+        eom_f32v x_far = x, y_far = y, s_far, c_far;
+        eom_sincos_far_f32v(&x_far, &y_far, &s_far, &c_far);
+        *sine = s_far;
+        *cosine = c_far;
+    } else {
+        eom_f32v s, c;
+        eom_sincos_within_f32v(x, y, &s, &c);
+        *sine = s;
+        *cosine = c;
+    }
+}
 
 EOM_DEFINE_SINCOS_CALL(f32)
 EOM_DEFINE_SINCOS_CALL(f80)
 EOM_DEFINE_SINCOS_CALL(f64v)
 EOM_DEFINE_SINCOS_CALL(f32v)
 
-
 #define EOM_DEFINE_SINCOS2(T)                                                                                         \
-    EOM_INLINE void eom_sincos2_##T(eom_##T x, eom_##T y, eom_##T *sx, eom_##T *cx, eom_##T *sy, eom_##T *cy)         \
+    EOM_INLINE void eom_sincos2_##T(eom_##T x, eom_##T y, double limit, eom_##T z, eom_##T w, double limit2,          \
+                                    eom_##T *sine, eom_##T *cosine, eom_##T *sine2, eom_##T *cosine2)                 \
     {                                                                                                                 \
-        eom_sincos_##T(x, sx, cx);                                                                                    \
-        eom_sincos_##T(y, sy, cy);                                                                                    \
+        eom_sincos_##T(x, y, limit, sine, cosine);                                                                    \
+        eom_sincos_##T(z, w, limit2, sine2, cosine2);                                                                 \
     }
 
 EOM_DEFINE_SINCOS2(f32)

@@ -10,8 +10,9 @@
  *   eom_sincos_difference_T(x, y, &s, &c)         of x - y
  *   eom_single_fma_T, eom_single_sincos_T, eom_single_pivot_inverse_T, ...   those of eomgen_real.h for floats
  *
- * Sine and cosine: at most 2 2^-24 where |x| <= 2^20, of libm beyond.  The angle less its multiple of pi/2 is found in
- * double; the series is evaluated in float (coefficients: Taylor's, the error of leaving out the rest is 2^-25).
+ * Sine and cosine: at most 2 2^-24 where |x| (or |x - y|) <= 2^20, of libm beyond.  The angle less its multiple of pi/2
+ * is found in double; the series is evaluated in float (coefficients: Taylor's, the error of leaving out the rest is
+ * 2^-25).
  */
 #ifndef EOMGEN_SINGLE_H
 #define EOMGEN_SINGLE_H
@@ -81,14 +82,14 @@ EOM_DEFINE_SINGLE_SERIES(f32v, eom_f32v, eom_i32v, eom_fma_f32v, eom_set_f32v)
 EOM_DEFINE_SINGLE_REDUCE(f64, eom_f64, eom_fma_f64, eom_set_f64)
 EOM_DEFINE_SINGLE_REDUCE(f64v, eom_f64v, eom_fma_f64v, eom_set_f64v)
 
-EOM_INLINE void eom_single_turn_f64(eom_f64 x, eom_f32 *sine, eom_f32 *cosine)
+EOM_INLINE void eom_single_turn_f64(eom_f64 x, eom_f64 y, eom_f32 *sine, eom_f32 *cosine)
 {
-    if (EOM_UNLIKELY(!__builtin_islessequal(__builtin_fabs(x), EOM_SINCOS_LIMIT))) {
-        eom_sincos_pair far = eom_sincos_far_f64(x);
+    if (EOM_UNLIKELY(!__builtin_islessequal(__builtin_fabs(x - y), EOM_SINCOS_LIMIT))) {
+        eom_sincos_pair far = eom_sincos_far_f64(x, y);
         *sine = (float)far.s;
         *cosine = (float)far.c;
     } else {
-        eom_f64 k, r = eom_single_reduce_f64(x, &k);
+        eom_f64 k, r = eom_single_reduce_f64(x - y, &k);
         eom_f32x4 s, c, n = {(float)k + (float)EOM_ROUNDER_F32};
         eom_single_series_f32x4((eom_f32x4){(float)r}, n, &s, &c);
         *sine = s[0];
@@ -103,22 +104,24 @@ EOM_INLINE void eom_single_near_f64v(eom_f64v low, eom_f64v high, eom_f32v *sine
     eom_single_series_f32v(eom_narrow_f32v(r_low, r_high), n, sine, cosine);
 }
 
-EOM_COLD void eom_single_far_f64v(const eom_f64v *x, eom_f32v *sine, eom_f32v *cosine)
+EOM_COLD void eom_single_far_f64v(const eom_f64v *x, const eom_f64v *y, eom_f32v *sine, eom_f32v *cosine)
 {
     for (int i = 0; i < EOM_LANES_F32; i++) {
         float s, c;
-        eom_single_turn_f64(x[i / EOM_LANES_F64][i % EOM_LANES_F64], &s, &c);
+        eom_single_turn_f64(x[i / EOM_LANES_F64][i % EOM_LANES_F64], y[i / EOM_LANES_F64][i % EOM_LANES_F64], &s, &c);
         (*sine)[i] = s;
         (*cosine)[i] = c;
     }
 }
 
-EOM_INLINE void eom_single_turn_f64v(eom_f64v low, eom_f64v high, eom_f32v *sine, eom_f32v *cosine)
+EOM_INLINE void eom_single_turn_f64v(eom_f64v x_low, eom_f64v x_high, eom_f64v y_low, eom_f64v y_high, eom_f32v *sine,
+                                     eom_f32v *cosine)
 {
-    if (EOM_UNLIKELY(eom_any_far_f64v(low) || eom_any_far_f64v(high))) {
-        eom_f64v x[] = {low, high};
+    eom_f64v low = x_low - y_low, high = x_high - y_high;
+    if (EOM_UNLIKELY(eom_any_far_f64v(low, EOM_SINCOS_LIMIT) || eom_any_far_f64v(high, EOM_SINCOS_LIMIT))) {
+        eom_f64v x[] = {x_low, x_high}, y[] = {y_low, y_high};
         eom_f32v s = {0}, c = {0};
-        eom_single_far_f64v(x, &s, &c);
+        eom_single_far_f64v(x, y, &s, &c);
         *sine = s;
         *cosine = c;
     } else {
@@ -126,25 +129,29 @@ EOM_INLINE void eom_single_turn_f64v(eom_f64v low, eom_f64v high, eom_f32v *sine
     }
 }
 
-EOM_INLINE void eom_sincos_angle_f64(const eom_f64 *x, eom_f32 *s, eom_f32 *c) { eom_single_turn_f64(x[0], s, c); }
+EOM_INLINE void eom_sincos_angle_f64(const eom_f64 *x, eom_f32 *s, eom_f32 *c) { eom_single_turn_f64(x[0], 0, s, c); }
 EOM_INLINE void eom_sincos_difference_f64(const eom_f64 *x, const eom_f64 *y, eom_f32 *s, eom_f32 *c)
 {
-    eom_single_turn_f64(x[0] - y[0], s, c);
+    eom_single_turn_f64(x[0], y[0], s, c);
 }
 EOM_INLINE void eom_sincos_angle_f64v(const eom_loose_f64v *x, eom_f32v *s, eom_f32v *c)
 {
-    eom_single_turn_f64v(x[0], x[1], s, c);
+    eom_single_turn_f64v(x[0], x[1], (eom_f64v){0}, (eom_f64v){0}, s, c);
 }
 EOM_INLINE void eom_sincos_difference_f64v(const eom_loose_f64v *x, const eom_loose_f64v *y, eom_f32v *s,
                                            eom_f32v *c)
 {
-    eom_single_turn_f64v(x[0] - y[0], x[1] - y[1], s, c);
+    eom_single_turn_f64v(x[0], x[1], y[0], y[1], s, c);
+}
+
+EOM_INLINE void eom_single_sincos_f64(eom_f32 x, eom_f32 *s, eom_f32 *c) { eom_sincos_f32(x, 0, EOM_ANGLE, s, c); }
+EOM_INLINE void eom_single_sincos_f64v(eom_f32v x, eom_f32v *s, eom_f32v *c)
+{
+    eom_sincos_f32v(x, (eom_f32v){0}, EOM_ANGLE, s, c);
 }
 
 #define eom_single_fma_f64 eom_fma_f32
 #define eom_single_fma_f64v eom_fma_f32v
-#define eom_single_sincos_f64 eom_sincos_f32
-#define eom_single_sincos_f64v eom_sincos_f32v
 #define eom_single_pivot_inverse_f64 eom_pivot_inverse_f32
 #define eom_single_pivot_inverse_f64v eom_pivot_inverse_f32v
 #define eom_single_sqrt_f64 eom_sqrt_f32

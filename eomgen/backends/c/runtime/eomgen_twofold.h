@@ -237,7 +237,7 @@ EOM_CALL void eom_twofold_sincos_f64(eom_twofold_f64 x, eom_twofold_f64 *sine, e
 
 EOM_CALL void eom_twofold_sincos_f64v(eom_twofold_f64v x, eom_twofold_f64v *sine, eom_twofold_f64v *cosine)
 {
-    eom_i64v far = ((eom_i64v)x.hi & ~EOM_SIGN_BIT_F64) > EOM_SINCOS_LIMIT_BITS_F64;
+    eom_i64v far = ((eom_i64v)x.hi & ~EOM_SIGN_BIT_F64) > (eom_i64v)eom_set_f64v(EOM_SINCOS_LIMIT);
     eom_twofold_f64v near = {(eom_f64v)((eom_i64v)x.hi & ~far), (eom_f64v)((eom_i64v)x.lo & ~far)}, s, c;
     eom_f64v n = eom_fma_f64v(near.hi, eom_set_f64v(EOM_TWO_OVER_PI), eom_set_f64v(EOM_ROUNDER));
     eom_series_f64v(eom_less_quarters_f64v(near, n - eom_set_f64v(EOM_ROUNDER)), &s, &c);
@@ -245,7 +245,7 @@ EOM_CALL void eom_twofold_sincos_f64v(eom_twofold_f64v x, eom_twofold_f64v *sine
     eom_i64v hi = ((eom_i64v)s.hi ^ (eom_i64v)c.hi) & exchanged, lo = ((eom_i64v)s.lo ^ (eom_i64v)c.lo) & exchanged;
     sine->hi = (eom_f64v)((eom_i64v)s.hi ^ hi ^ half), sine->lo = (eom_f64v)((eom_i64v)s.lo ^ lo ^ half);
     cosine->hi = (eom_f64v)((eom_i64v)c.hi ^ hi ^ half ^ odd), cosine->lo = (eom_f64v)((eom_i64v)c.lo ^ lo ^ half ^ odd);
-    if (EOM_UNLIKELY(eom_any_far_f64v(x.hi)))
+    if (EOM_UNLIKELY(eom_any_far_f64v(x.hi, EOM_SINCOS_LIMIT)))
         for (int i = 0; i < EOM_LANES_F64; i++)
             if (far[i]) {
                 eom_twofold_f64 s_far, c_far;

@@ -271,3 +271,35 @@ def pivot_inverse(xp, pivot, reference):
         one = xp.ones_like(pivot)
         inverse = xp.where(safe, one, 0 * one) / xp.where(safe, pivot, 0 * one)
     return float(inverse) if xp is numpy and not inverse.ndim and inverse.dtype == float else inverse
+
+
+def all_small(xp, q):
+    """Whether no difference of two coordinates can reach 8; false where that is not known (not NumPy)."""
+    return xp is numpy and bool(numpy.abs(q).max(initial=0) < 4)
+
+
+def sincos_difference(xp, x, y, small):
+    """Sine and cosine of x - y: of x - y rounded where that is below 8, beyond corrected for the rounding.
+
+    Args:
+        xp: the array namespace.
+        x, y: the angles.
+        small: whether it is known that every |x - y| is below 8.
+    """
+    turn = x - y
+    sine, cosine = xp.sin(turn), xp.cos(turn)
+    if small:
+        return sine, cosine
+    size = xp.abs(turn)
+    small = size < 8
+    if xp is numpy and small.all():
+        return sine, cosine
+    rest = x - turn
+    lost = (x - (turn + rest)) + (rest - y)  # exactly (Knuth's TwoSum)
+    right_sine, right_cosine = sine + lost * cosine, cosine - lost * sine
+    near = size <= float(xp.finfo(turn.dtype).eps) ** -0.5  # there the square of what is lost is below the error
+    if not (xp is numpy and near.all()):
+        sx, cx, sy, cy = xp.sin(x), xp.cos(x), xp.sin(y), xp.cos(y)
+        right_sine = xp.where(near, right_sine, sx * cy - cx * sy)
+        right_cosine = xp.where(near, right_cosine, cx * cy + sx * sy)
+    return xp.where(small, sine, right_sine), xp.where(small, cosine, right_cosine)

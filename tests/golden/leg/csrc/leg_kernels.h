@@ -46,9 +46,11 @@ typedef real pack[EOM_WIDE];
 #define R(x) ((x) - (real){0}) /* a scalar in every lane; a vector as it is */
 #define K(x) ((scalar)x##L) /* a literal, read in the widest type */
 #define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
-#define SINCOS(x, s, c) eom_sincos(R(x), s, c)
-#define SINCOS2(x, y, sx, cx, sy, cy) eom_sincos2(R(x), R(y), sx, cx, sy, cy)
-#define SINCOS_CALL(x, s, c) eom_sincos_call(R(x), s, c)
+#define ANGLE(x) R(x), R(K(0.0)), EOM_ANGLE
+#define DIFFERENCE(x, y) R(x), R(y), EOM_DIFFERENCE
+#define SINCOS(angle, s, c) eom_sincos(angle, s, c)
+#define SINCOS2(angle, angle2, s, c, s2, c2) eom_sincos2(angle, angle2, s, c, s2, c2)
+#define SINCOS_CALL(angle, s, c) eom_sincos_call(angle, s, c)
 #define PIVOT_INVERSE(pivot, reference) eom_pivot_inverse(R(pivot), R(reference))
 #define SQRT(x) eom_sqrt(R(x))
 #define EXP(x) eom_exp(R(x))
@@ -95,7 +97,7 @@ EOM_LINKAGE void EOM_NAME(forward_dynamics)(const scalar *const *in, const eom_p
     pack t1; EACH t1[h] = FMA(EOM_AT(q, 2)[h], t0[h], c[2] * (EOM_AT(q, 2)[h] * EOM_AT(q, 2)[h]));
     EOM_FETCH(q, 0);
     EOM_FETCH(q, 1);
-    pack s2, c2, s3, c3; EACH SINCOS2(EOM_AT(q, 0)[h], EOM_AT(q, 1)[h], &s2[h], &c2[h], &s3[h], &c3[h]);
+    pack s2, c2, s3, c3; EACH SINCOS2(ANGLE(EOM_AT(q, 0)[h]), ANGLE(EOM_AT(q, 1)[h]), &s2[h], &c2[h], &s3[h], &c3[h]);
     pack t4; EACH t4[h] = FMA(c2[h], c3[h], s2[h] * s3[h]);
     EOM_FETCH(w, 0);
     pack t5; EACH t5[h] = EOM_AT(w, 0)[h] * c[0];
@@ -182,9 +184,9 @@ EOM_LINKAGE void EOM_NAME(inverse_dynamics)(const scalar *const *in, const eom_p
     EOM_FETCH(v, 1);
     pack t0; EACH t0[h] = EOM_AT(v, 1)[h] * EOM_AT(v, 1)[h];
     EOM_FETCH(q, 1);
-    pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 1)[h], &s1[h], &c1[h]);
+    pack s1, c1; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 1)[h]), &s1[h], &c1[h]);
     EOM_FETCH(q, 0);
-    pack s2, c2; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s2[h], &c2[h]);
+    pack s2, c2; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &s2[h], &c2[h]);
     pack t3; EACH t3[h] = FMA(c1[h], s2[h], -(c2[h] * s1[h]));
     EOM_FETCH(w, 0);
     pack t4; EACH t4[h] = EOM_AT(w, 0)[h] * c[0];
@@ -254,9 +256,9 @@ EOM_LINKAGE void EOM_NAME(mass_matrix)(const scalar *const *in, const eom_place 
     EOM_FETCH(q, 2);
     EACH EOM_AT(out, 0)[h] = FMA(EOM_AT(q, 2)[h], (EOM_AT(q, 2)[h] * c[3]), c[2] * (EOM_AT(q, 2)[h] * EOM_AT(q, 2)[h]));
     EOM_FETCH(q, 0);
-    pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s0[h], &c0[h]);
+    pack s0, c0; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &s0[h], &c0[h]);
     EOM_FETCH(q, 1);
-    pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 1)[h], &s1[h], &c1[h]);
+    pack s1, c1; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 1)[h]), &s1[h], &c1[h]);
     EOM_FETCH(w, 0);
     pack t2; EACH t2[h] = EOM_AT(w, 0)[h] * c[0];
     pack t3; EACH t3[h] = FMA(c0[h], c1[h], s0[h] * s1[h]) * (EOM_AT(q, 2)[h] * t2[h]);
@@ -315,9 +317,9 @@ EOM_LINKAGE void EOM_NAME(bias)(const scalar *const *in, const eom_place *places
     EOM_FETCH(v, 1);
     pack t0; EACH t0[h] = EOM_AT(v, 1)[h] * EOM_AT(v, 1)[h];
     EOM_FETCH(q, 1);
-    pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 1)[h], &s1[h], &c1[h]);
+    pack s1, c1; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 1)[h]), &s1[h], &c1[h]);
     EOM_FETCH(q, 0);
-    pack s2, c2; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s2[h], &c2[h]);
+    pack s2, c2; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &s2[h], &c2[h]);
     pack t3; EACH t3[h] = FMA(c1[h], s2[h], -(c2[h] * s1[h]));
     EOM_FETCH(w, 0);
     pack t4; EACH t4[h] = EOM_AT(w, 0)[h] * c[0];
@@ -379,9 +381,9 @@ EOM_LINKAGE void EOM_NAME(energy)(const scalar *const *in, const eom_place *plac
     const scalar *const w = in[2]; EOM_PLACE(w, 2);
     EOM_PLACE(out, 3);
     EOM_FETCH(q, 0);
-    pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s0[h], &c0[h]);
+    pack s0, c0; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &s0[h], &c0[h]);
     EOM_FETCH(q, 1);
-    pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 1)[h], &s1[h], &c1[h]);
+    pack s1, c1; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 1)[h]), &s1[h], &c1[h]);
     pack t2; EACH t2[h] = FMA(c0[h], c1[h], s0[h] * s1[h]);
     EOM_FETCH(w, 0);
     pack t3; EACH t3[h] = EOM_AT(w, 0)[h] * c[0];
@@ -428,9 +430,9 @@ EOM_LINKAGE void EOM_NAME(prescribed_forces)(const scalar *const *in, const eom_
     const scalar *const w = in[3]; EOM_PLACE(w, 3);
     EOM_PLACE(out, 4);
     EOM_FETCH(q, 0);
-    pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s0[h], &c0[h]);
+    pack s0, c0; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &s0[h], &c0[h]);
     EOM_FETCH(q, 1);
-    pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 1)[h], &s1[h], &c1[h]);
+    pack s1, c1; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 1)[h]), &s1[h], &c1[h]);
     pack t2; EACH t2[h] = FMA(c0[h], c1[h], s0[h] * s1[h]);
     pack t3; EACH t3[h] = FMA(c1[h], s0[h], -(c0[h] * s1[h]));
     EOM_FETCH(q, 2);
@@ -459,7 +461,7 @@ EOM_LINKAGE void EOM_NAME(joints)(const scalar *const *in, const eom_place *plac
     const scalar *const w = in[1]; EOM_PLACE(w, 1);
     EOM_PLACE(out, 2);
     EOM_FETCH(q, 0);
-    pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s0[h], &c0[h]);
+    pack s0, c0; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &s0[h], &c0[h]);
     EOM_FETCH(q, 2);
     pack t1; EACH t1[h] = EOM_AT(q, 2)[h] * c0[h];
     EOM_FETCH(out, 0);
@@ -468,7 +470,7 @@ EOM_LINKAGE void EOM_NAME(joints)(const scalar *const *in, const eom_place *plac
     EOM_FETCH(out, 1);
     EACH EOM_AT(out, 1)[h] = t2[h];
     EOM_FETCH(q, 1);
-    pack s3, c3; EACH SINCOS_CALL(EOM_AT(q, 1)[h], &s3[h], &c3[h]);
+    pack s3, c3; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 1)[h]), &s3[h], &c3[h]);
     EOM_FETCH(out, 2);
     EOM_FETCH(w, 0);
     EACH EOM_AT(out, 2)[h] = FMA(EOM_AT(w, 0)[h], c3[h], t1[h]);

@@ -32,6 +32,8 @@
 #undef R
 #undef K
 #undef FMA
+#undef ANGLE
+#undef DIFFERENCE
 #undef SINCOS
 #undef SINCOS2
 #undef SINCOS_CALL
@@ -56,6 +58,8 @@
 #undef R
 #undef K
 #undef FMA
+#undef ANGLE
+#undef DIFFERENCE
 #undef SINCOS
 #undef SINCOS2
 #undef SINCOS_CALL

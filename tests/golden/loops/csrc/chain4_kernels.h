@@ -68,9 +68,11 @@ typedef real pack[EOM_WIDE];
 #define R(x) ((x) - (real){0}) /* a scalar in every lane; a vector as it is */
 #define K(x) ((scalar)x##L) /* a literal, read in the widest type */
 #define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
-#define SINCOS(x, s, c) eom_sincos(R(x), s, c)
-#define SINCOS2(x, y, sx, cx, sy, cy) eom_sincos2(R(x), R(y), sx, cx, sy, cy)
-#define SINCOS_CALL(x, s, c) eom_sincos_call(R(x), s, c)
+#define ANGLE(x) R(x), R(K(0.0)), EOM_ANGLE
+#define DIFFERENCE(x, y) R(x), R(y), EOM_DIFFERENCE
+#define SINCOS(angle, s, c) eom_sincos(angle, s, c)
+#define SINCOS2(angle, angle2, s, c, s2, c2) eom_sincos2(angle, angle2, s, c, s2, c2)
+#define SINCOS_CALL(angle, s, c) eom_sincos_call(angle, s, c)
 #define PIVOT_INVERSE(pivot, reference) eom_pivot_inverse(R(pivot), R(reference))
 #define SQRT(x) eom_sqrt(R(x))
 #define EXP(x) eom_exp(R(x))
@@ -189,7 +191,7 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_1)(const scalar 
     pack t0; EACH t0[h] = EOM_AT(u, 7)[h] * c[0];
     EOM_FETCH(q, 3);
     EOM_FETCH(q, 2);
-    pack s1, c1; EACH SINCOS(EOM_AT(q, 3)[h] - EOM_AT(q, 2)[h], &s1[h], &c1[h]);
+    pack s1, c1; EACH SINCOS(DIFFERENCE(EOM_AT(q, 3)[h], EOM_AT(q, 2)[h]), &s1[h], &c1[h]);
     EACH kept9[0][h] = c1[h];
     EOM_FETCH(q, 7);
     pack t2; EACH t2[h] = EOM_AT(q, 7)[h] * EOM_AT(q, 7)[h];
@@ -225,7 +227,7 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_2)(const scalar 
     for (int k = 0; k < 2; k++) {
         EOM_FETCH(q, 2 - k);
         EOM_FETCH(q, 1 - k);
-        pack s0, c0; EACH SINCOS(EOM_AT(q, 2 - k)[h] - EOM_AT(q, 1 - k)[h], &s0[h], &c0[h]);
+        pack s0, c0; EACH SINCOS(DIFFERENCE(EOM_AT(q, 2 - k)[h], EOM_AT(q, 1 - k)[h]), &s0[h], &c0[h]);
         EACH kept5[1 - k][h] = c0[h];
         EOM_FETCH(u, 6 - k);
         pack t1; EACH t1[h] = EOM_AT(u, 6 - k)[h] - force_u_up_in[h];
@@ -269,7 +271,7 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_3)(const scalar 
     pack force_n_up_in; EACH force_n_up_in[h] = force_n_up[0][h];
     pack torque_up_in; EACH torque_up_in[h] = torque_up[0][h];
     EOM_FETCH(q, 0);
-    pack s0, c0; EACH SINCOS(EOM_AT(q, 0)[h], &s0[h], &c0[h]);
+    pack s0, c0; EACH SINCOS(ANGLE(EOM_AT(q, 0)[h]), &s0[h], &c0[h]);
     pack t1; EACH t1[h] = p[24] * s0[h];
     EOM_FETCH(u, 4);
     pack t2; EACH t2[h] = FMA(-c[4], t1[h], c[3] * (EOM_AT(u, 4)[h] - force_u_up_in[h]));
@@ -448,7 +450,7 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_2)(const scalar *cons
     EOM_FETCH(q, 7);
     EACH EOM_AT(out, 27)[h] = EOM_AT(q, 7)[h] * (EOM_AT(q, 7)[h] * c[1]);
     EOM_FETCH(q, 3);
-    pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 3)[h], &s0[h], &c0[h]);
+    pack s0, c0; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 3)[h]), &s0[h], &c0[h]);
     EACH end_y[7][h] = s0[h];
     EACH end_x[3][h] = -(EOM_AT(q, 7)[h] * s0[h]);
     EACH end_x[7][h] = c0[h];
@@ -478,7 +480,7 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_3)(const scalar *cons
         EOM_FETCH(out, 18 - 9 * k);
         EACH EOM_AT(out, 18 - 9 * k)[h] = FMA(EOM_AT(q, 6 - k)[h], (EOM_AT(q, 6 - k)[h] * c[4 + k]), EOM_AT(q, 6 - k)[h] * t0[h]);
         EOM_FETCH(q, 2 - k);
-        pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 2 - k)[h], &s1[h], &c1[h]);
+        pack s1, c1; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 2 - k)[h]), &s1[h], &c1[h]);
         EACH end_y[6 - k][h] = s1[h];
         EACH end_x[2 - k][h] = -(EOM_AT(q, 6 - k)[h] * s1[h]);
         EACH end_x[6 - k][h] = c1[h];
@@ -508,7 +510,7 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_4)(const scalar *cons
     EOM_FETCH(out, 0);
     EACH EOM_AT(out, 0)[h] = FMA(EOM_AT(q, 4)[h], (EOM_AT(q, 4)[h] * c[11]), EOM_AT(q, 4)[h] * t0[h]);
     EOM_FETCH(q, 0);
-    pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s1[h], &c1[h]);
+    pack s1, c1; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &s1[h], &c1[h]);
     EACH end_y[4][h] = s1[h];
     EACH end_x[0][h] = -(EOM_AT(q, 4)[h] * s1[h]);
     EACH end_x[4][h] = c1[h];
@@ -622,7 +624,7 @@ static __attribute__((noinline)) void EOM_NAME(energy_2)(const scalar *const *in
     pack *const velocity_x_down = work + 9;
     pack *const velocity_y_down = work + 10;
     EOM_FETCH(q, 0);
-    pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s0[h], &c0[h]);
+    pack s0, c0; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &s0[h], &c0[h]);
     EOM_FETCH(q, 4);
     EACH height_down[0][h] = EOM_AT(q, 4)[h] * s0[h];
     EOM_FETCH(v, 0);
@@ -649,7 +651,7 @@ static __attribute__((noinline)) void EOM_NAME(energy_3)(const scalar *const *in
     pack velocity_y_down_in; EACH velocity_y_down_in[h] = velocity_y_down[0][h];
     for (int k = 0; k < 2; k++) {
         EOM_FETCH(q, 1 + k);
-        pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 1 + k)[h], &s0[h], &c0[h]);
+        pack s0, c0; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 1 + k)[h]), &s0[h], &c0[h]);
         EOM_FETCH(v, 1 + k);
         EOM_FETCH(q, 5 + k);
         pack t1; EACH t1[h] = EOM_AT(v, 1 + k)[h] * EOM_AT(q, 5 + k)[h];
@@ -687,7 +689,7 @@ static __attribute__((noinline)) void EOM_NAME(energy_4)(const scalar *const *in
     EOM_FETCH(q, 7);
     pack t0; EACH t0[h] = FMA(EOM_AT(v, 7)[h], (EOM_AT(v, 7)[h] * c[9]), FMA(EOM_AT(v, 3)[h], (EOM_AT(v, 3)[h] * (EOM_AT(q, 7)[h] * (EOM_AT(q, 7)[h] * c[9]))), c[10] * FMA(velocity_x_down_in[h], velocity_x_down_in[h], velocity_y_down_in[h] * velocity_y_down_in[h])));
     EOM_FETCH(q, 3);
-    pack s1, c1; EACH SINCOS_CALL(EOM_AT(q, 3)[h], &s1[h], &c1[h]);
+    pack s1, c1; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 3)[h]), &s1[h], &c1[h]);
     pack t2; EACH t2[h] = EOM_AT(q, 7)[h] * c[8];
     EACH sum[0][h] += FMA(FMA(velocity_x_down_in[h], c1[h], velocity_y_down_in[h] * s1[h]), (EOM_AT(v, 7)[h] * c[8]), FMA(FMA(velocity_y_down_in[h], c1[h], -(velocity_x_down_in[h] * s1[h])), (EOM_AT(v, 3)[h] * t2[h]), K(0.5) * t0[h]));
     EACH sum[1][h] += p[24] * FMA(s1[h], t2[h], height_down_in[h] * c[10]);

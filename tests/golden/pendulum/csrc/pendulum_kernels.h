@@ -28,9 +28,11 @@ typedef real pack[EOM_WIDE];
 #define R(x) ((x) - (real){0}) /* a scalar in every lane; a vector as it is */
 #define K(x) ((scalar)x##L) /* a literal, read in the widest type */
 #define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
-#define SINCOS(x, s, c) eom_sincos(R(x), s, c)
-#define SINCOS2(x, y, sx, cx, sy, cy) eom_sincos2(R(x), R(y), sx, cx, sy, cy)
-#define SINCOS_CALL(x, s, c) eom_sincos_call(R(x), s, c)
+#define ANGLE(x) R(x), R(K(0.0)), EOM_ANGLE
+#define DIFFERENCE(x, y) R(x), R(y), EOM_DIFFERENCE
+#define SINCOS(angle, s, c) eom_sincos(angle, s, c)
+#define SINCOS2(angle, angle2, s, c, s2, c2) eom_sincos2(angle, angle2, s, c, s2, c2)
+#define SINCOS_CALL(angle, s, c) eom_sincos_call(angle, s, c)
 #define PIVOT_INVERSE(pivot, reference) eom_pivot_inverse(R(pivot), R(reference))
 #define SQRT(x) eom_sqrt(R(x))
 #define EXP(x) eom_exp(R(x))
@@ -62,7 +64,7 @@ EOM_LINKAGE void EOM_NAME(forward_dynamics)(const scalar *const *in, const eom_p
     const scalar *const u = in[2]; EOM_PLACE(u, 2);
     EOM_PLACE(out, 3);
     EOM_FETCH(q, 0);
-    pack c0_sin, c0; EACH SINCOS(EOM_AT(q, 0)[h], &c0_sin[h], &c0[h]);
+    pack c0_sin, c0; EACH SINCOS(ANGLE(EOM_AT(q, 0)[h]), &c0_sin[h], &c0[h]);
     EOM_FETCH(out, 0);
     EOM_FETCH(u, 0);
     EACH EOM_AT(out, 0)[h] = (EOM_AT(u, 0)[h] - FMA(p[4], (c[0] * c0[h]), p[2] * (EOM_AT(q, 0)[h] - p[3]))) * c[1];
@@ -92,7 +94,7 @@ EOM_LINKAGE void EOM_NAME(inverse_dynamics)(const scalar *const *in, const eom_p
     const scalar *const a = in[2]; EOM_PLACE(a, 2);
     EOM_PLACE(out, 3);
     EOM_FETCH(q, 0);
-    pack c0_sin, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &c0_sin[h], &c0[h]);
+    pack c0_sin, c0; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &c0_sin[h], &c0[h]);
     EOM_FETCH(out, 0);
     EOM_FETCH(a, 0);
     EACH EOM_AT(out, 0)[h] = FMA(EOM_AT(a, 0)[h], c[1], FMA(p[4], (c[0] * c0[h]), p[2] * (EOM_AT(q, 0)[h] - p[3])));
@@ -141,7 +143,7 @@ EOM_LINKAGE void EOM_NAME(bias)(const scalar *const *in, const eom_place *places
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
     EOM_PLACE(out, 2);
     EOM_FETCH(q, 0);
-    pack c0_sin, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &c0_sin[h], &c0[h]);
+    pack c0_sin, c0; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &c0_sin[h], &c0[h]);
     EOM_FETCH(out, 0);
     EACH EOM_AT(out, 0)[h] = FMA(p[4], (c[0] * c0[h]), p[2] * (EOM_AT(q, 0)[h] - p[3]));
 }
@@ -174,7 +176,7 @@ EOM_LINKAGE void EOM_NAME(energy)(const scalar *const *in, const eom_place *plac
     EOM_FETCH(v, 0);
     EACH EOM_AT(out, 0)[h] = K(0.5) * (EOM_AT(v, 0)[h] * (EOM_AT(v, 0)[h] * c[1]));
     EOM_FETCH(q, 0);
-    pack s0, s0_cos; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s0[h], &s0_cos[h]);
+    pack s0, s0_cos; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &s0[h], &s0_cos[h]);
     pack t1; EACH t1[h] = EOM_AT(q, 0)[h] - p[3];
     EOM_FETCH(out, 1);
     EACH EOM_AT(out, 1)[h] = FMA(p[4], (c[0] * s0[h]), c[2] * (t1[h] * t1[h]));
@@ -191,7 +193,7 @@ EOM_LINKAGE void EOM_NAME(joints)(const scalar *const *in, const eom_place *plac
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
     EOM_PLACE(out, 1);
     EOM_FETCH(q, 0);
-    pack s0, c0; EACH SINCOS_CALL(EOM_AT(q, 0)[h], &s0[h], &c0[h]);
+    pack s0, c0; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &s0[h], &c0[h]);
     EOM_FETCH(out, 0);
     EACH EOM_AT(out, 0)[h] = p[1] * c0[h];
     EOM_FETCH(out, 1);
