@@ -100,14 +100,16 @@ def test_the_condition_of_a_known_function() -> None:
 
 
 def test_the_roundings_of_a_method_as_written() -> None:
-    """(l cos φ, l sin φ): the cosine and the product, as large as the result. A difference of angles counts whole."""
+    """(l cos φ, l sin φ): the cosine and the product, as large as the result. Sines keep what a difference loses."""
     rod = eomgen.chain(1, "rigid", length=2.0)
     state = {**hard.random_state(rod), "q": np.array([0.3]), "p": np.array([1.0, 2.0, 9.81])}
     assert certify.Exact(rod).written("joints", state) == pytest.approx(2)
     rods = hard.rods((1.0, 1.0), (1.0, 1.0))
     state = {**hard.random_state(rods), "q": np.array([1e15, 0.3]), "p": np.array([p.value for p in rods.parameters])}
-    assert certify.Exact(rods).written("bias", state) > 1e14
-    assert certify.Exact(rods, "matrix").written("bias", state) < 100
+    assert all(certify.Exact(rods, method).written("bias", state) < 100 for method in METHODS)
+    state["v"] = np.array([1e4, 1e4])
+    state["q"] = np.array([0.7, 0.7 + 1e-8])
+    assert certify.Exact(rods, "matrix").written("bias", state) > 1e6 > 100 > certify.Exact(rods).written("bias", state)
 
 
 # Measured errors
@@ -124,7 +126,7 @@ def test_errors_are_within_the_target_in_every_hard_case(family: str) -> None:
     assert {item.case for item in found} == {case.name for case in cases}
     assert {item.backend for item in found} == {"c", "numpy"}
     assert {item.method for item in found} in (set(certify.FORMS), {"articulated loops"})
-    assert not [item for item in found if not item.passed]
+    assert not [item for item in found if not item.passed or item.written]  # not even one that is explained
     if family == "chain1000":
         assert max(item.scaled for item in found) <= 100
 
