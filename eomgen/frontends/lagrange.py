@@ -105,16 +105,17 @@ class SceneLagrangeEquations(MechanismEquations, LagrangeEquations):
 def energies(mechanism: Mechanism) -> tuple[Node, Node, Node, Node]:
     """T, V of gravity, V of springs and the dissipation R of a scene."""
     graph, links = mechanism.graph, mechanism.links
-    positions: list[Node] = []  # for every body that of its joint, its own from there, and r along the link
+    positions: list[Node] = []  # per link that of its joint; per body that from there, and r along the link
     ends: list[tuple[Node, Node]] = []
     kinetic = gravity = springs = dissipation = graph.zero
     for link, parent in zip(links, mechanism.parents, strict=True):
         joint = ends[parent] if parent >= 0 else (graph.zero, graph.zero)
         ends.append((joint[0] + link.L * link.cos, joint[1] + link.L * link.sin))
         along, up = link.length * link.cos, link.length * link.sin
+        positions += joint
         for body in link.bodies:
             arm = body.alpha * link.cos + body.beta * along, body.alpha * link.sin + body.beta * up
-            positions += [*joint, *arm, link.reach(body.alpha, body.beta)]
+            positions += [*arm, link.reach(body.alpha, body.beta)]
             gravity = gravity + body.mass * (joint[1] + arm[1])
             kinetic = kinetic + body.inertia * (link.rate * link.rate)
         turn, rate = link.angle, link.rate
@@ -130,13 +131,16 @@ def energies(mechanism: Mechanism) -> tuple[Node, Node, Node, Node]:
     flow.update((link.length, link.length_rate) for link in links if link.varies)
     velocities = iter(Tape(positions).forward(flow))
     for link in links:
+        vx, vy = next(velocities), next(velocities)
+        mass = push_x = push_y = graph.zero
+        # Σ m (v + w)² with w² in polar coordinates: in sines and cosines it leaves centrifugal terms, which cancel to
+        # rounding only, in the equation of the link's own angle.
         for body in link.bodies:
-            vx, vy, arm_x, arm_y, along = (next(velocities) for _ in range(5))
+            arm_x, arm_y, along = (next(velocities) for _ in range(3))
+            mass, push_x, push_y = mass + body.mass, push_x + body.mass * arm_x, push_y + body.mass * arm_y
             across = link.reach(body.alpha, body.beta) * link.rate
-            # (v + w)² with w² in polar coordinates: in sines and cosines it leaves centrifugal terms, which cancel to
-            # rounding only, in the equation of the link's own angle.
-            square = vx * (vx + 2 * arm_x) + vy * (vy + 2 * arm_y) + (along * along + across * across)
-            kinetic = kinetic + body.mass * square
+            kinetic = kinetic + body.mass * (along * along + across * across)
+        kinetic = kinetic + mass * (vx * vx + vy * vy) + 2 * (vx * push_x + vy * push_y)
     return kinetic / 2, mechanism.gravity * gravity, springs / 2, dissipation / 2
 
 
