@@ -117,8 +117,9 @@ def _statements(block: Block, printer: NumPyPrinter, indices: Indices) -> list[s
     """Every operation as a statement, then the stores.
 
     Sine and cosine of a difference of loaded values come from one call, which corrects them for its rounding. After
-    the last use of a value its name is taken again, so that few arrays are alive and stay in the cache. A sum or product is written over an operand that has no other use, if no library keeps that for derivatives and it
-    depends on every argument that the other one depends on: then it has the shape of the result.
+    the last use of a value its name is taken again, so that few arrays are alive and stay in the cache. A sum or
+    product is written over an operand that has no other use, if no library keeps that for derivatives and it depends
+    on every argument that the other one depends on: then it has the shape of the result.
     """
     nodes = order(block)
     turned = {node: node.args[0] for node in nodes if node.op in ("sin", "cos") and is_difference(node.args[0], block)}
@@ -162,12 +163,12 @@ def _statements(block: Block, printer: NumPyPrinter, indices: Indices) -> list[s
             continue
         if node in turned:
             x, y = (text_of(arg).text for arg in turned[node].args)
-            names = []
-            for twin in (turned[node].graph.sin(args[0]), turned[node].graph.cos(args[0])):
-                names.append(new_name() if twin in turned else "_")
-                texts[twin] = Text(names[-1], 3, 0, twin)
+            twins = node.graph.sin(args[0]), node.graph.cos(args[0])
+            sine, cosine = (new_name() if twin in turned else "_" for twin in twins)
+            for twin, name in zip(twins, (sine, cosine), strict=True):
+                texts[twin] = Text(name, 3, 0, twin)
                 depends(twin, turned[node].args)
-            lines.append(printer.turn(*names, x, y))
+            lines.append(printer.turn(sine, cosine, x, y))
             continue
         text = printer.operation(node, [text_of(arg) for arg in args]).text
         depends(node, args)
