@@ -199,7 +199,7 @@ def links(draw: st.DrawFn, name: str, parents: list[str]) -> Link:
         return Rigid(mass=draw(SIZES), **optional, **common)
     if model == "elastic-rod":
         mass, rod = draw(SMALL), draw(SMALL)
-        inertia = draw(st.none() | st.floats(min_value=1, max_value=2).map(lambda x: x * mass * rod**2 / 4))
+        inertia = draw(st.none() | st.floats(min_value=1, max_value=2).map(lambda x: x * (mass * rod * rod / 4)))
         return ElasticRod(mass=mass, rod_length=rod, inertia=inertia, **common)
     if model == "telescopic":
         sizes = draw(st.tuples(SIZES, SIZES, st.none() | SIZES, SMALL, SMALL))
