@@ -166,8 +166,9 @@ def _statements(block: Block, printer: NumPyPrinter, indices: Indices) -> list[s
             twins = node.graph.sin(args[0]), node.graph.cos(args[0])
             sine, cosine = (new_name() if twin in turned else "_" for twin in twins)
             for twin, name in zip(twins, (sine, cosine), strict=True):
-                texts[twin] = Text(name, 3, 0, twin)
-                depends(twin, turned[node].args)
+                if twin in turned:
+                    texts[twin] = Text(name, 3, 0, twin)
+                    depends(twin, turned[node].args)
             lines.append(printer.turn(sine, cosine, x, y))
             continue
         text = printer.operation(node, [text_of(arg) for arg in args]).text
