@@ -2,9 +2,10 @@
 
 Links are gathered in groups of one kind. The steps of a group are built once, on stand-in symbols, and become a
 block with as many iterations as the group has links; what flows between links, and what one walk leaves for the
-next, lives in arrays indexed by link. Where the links of a kind stand in a row, a group is such a run, and a walk is
-one loop after the other. Where they do not, a group has all links of a kind, and the loops of a walk take turns in
-the order of the links. So the text grows with the number of kinds, not with the number of links.
+next, is put into arrays indexed by link (the pass `carry` shortens those it can). Where the links of a kind stand in a
+row, a group is such a run, and a walk is one loop after the other. Where they do not, a group has all links of a kind,
+and the loops of a walk take turns in the order of the links. So the text grows with the number of kinds, not with the
+number of links.
 """
 
 from __future__ import annotations

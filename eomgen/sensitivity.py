@@ -13,8 +13,8 @@ from eomgen.ir.derivative import Tape
 from eomgen.ir.equations import Equations, Vector
 from eomgen.ir.expr import Graph, Node
 
-Columns = Sequence[Vector]
-Weighted = Sequence[tuple[Node, Vector]]
+Columns = Sequence[Vector]  # of a matrix
+Weighted = Sequence[tuple[Node, Vector]]  # a sum of columns times weights
 
 
 def jacobian(equations: Equations) -> list[Node]:
@@ -29,13 +29,13 @@ def jacobian(equations: Equations) -> list[Node]:
     matrix = forms[-1]
     if isinstance(matrix, MatrixEquations):
         found += [_closed(matrix, through) for through in (matrix.elimination.solve, matrix.elimination.product)]
-    return min(map(_flat, found), key=_cost)
+    return _shortest(found)
 
 
 def parameter_jacobian(equations: Equations) -> list[Node]:
     """The derivatives of the accelerations by the parameters, row by row, (n, np)."""
     found = [_differentiated(e, list(e.p), inputs=False) for e in _forms(equations)]
-    return min(map(_flat, found), key=_cost)
+    return _shortest(found)
 
 
 def _forms(equations: Equations) -> list[Equations]:
@@ -46,14 +46,17 @@ def _forms(equations: Equations) -> list[Equations]:
 
 
 def _flat(columns: Columns) -> list[Node]:
+    """The elements row by row."""
     return [column[i] for i in range(len(columns[0])) for column in columns]
 
 
-def _cost(nodes: list[Node]) -> int:
-    return operations(nodes).total()
+def _shortest(matrices: Sequence[Columns]) -> list[Node]:
+    """The elements, row by row, of the matrix that needs fewest operations."""
+    return min(map(_flat, matrices), key=lambda nodes: operations(nodes).total())
 
 
 def _differentiated(equations: Equations, wrt: Sequence[Node], inputs: bool) -> Columns:
+    """The derivatives of the accelerations by some symbols, and by u if wanted, on the graph: a column of n each."""
     graph, M, solve = equations.graph, equations.mass_matrix, equations.elimination.solve
     right = [Q - h for Q, h in zip(equations.generalised_force(equations.u), equations.bias, strict=True)]
     accelerations = solve(right)
@@ -84,7 +87,10 @@ def _closed(equations: MatrixEquations, through: Callable[[Sequence[Node]], Vect
 
     Args:
         equations: the matrix form.
-        through: M⁻¹ times a column.
+        through: M⁻¹ times a column, (n,).
+
+    Returns:
+        The columns of the derivatives by q, v and u, (2 n + nu) of n elements.
     """
     graph, links, free = equations.graph, equations.mechanism.links, equations.mechanism.scene.free
     zero, M, inverse = graph.zero, equations.mass_matrix, equations.elimination.inverse

@@ -18,7 +18,7 @@ def run(program: Program) -> Program:
     for block in parts(program.blocks):
         carried -= {store.place.array for store in block.stores if store.add}
         if block.inner is not None:
-            carried -= {place.array for place in _places(block)}
+            carried -= {place.array for place, _ in _places(block)}
     last: dict[str, int] = {}
     for place, index, stored in _accesses(program.blocks, carried):
         if stored:
@@ -40,20 +40,16 @@ def run(program: Program) -> Program:
     return replace(program, blocks=tuple(map(step, program.blocks)), scratch=tuple(scratch))
 
 
-def _places(block: Block) -> list[Place]:
-    """What a block loads, then what it stores."""
-    return [*block.loads.values(), *(store.place for store in block.stores)]
+def _places(block: Block) -> list[tuple[Place, bool]]:
+    """The places of a block in the order of access, and whether something is stored there."""
+    return [*((place, False) for place in block.loads.values()), *((store.place, True) for store in block.stores)]
 
 
 def _accesses(steps: tuple[Step, ...], arrays: Set[str]) -> Iterator[tuple[Place, int, bool]]:
-    """Where and at which index something of some arrays is read or stored, in order."""
+    """Every access to some arrays in order: its place, the index there, whether it stores."""
     for step in steps:
         accesses = {
-            id(block): [
-                (place, number >= len(block.loads))
-                for number, place in enumerate(_places(block))
-                if place.array in arrays
-            ]
+            id(block): [(place, stored) for place, stored in _places(block) if place.array in arrays]
             for block in step.parts
         }
         if any(accesses.values()):
