@@ -1,9 +1,8 @@
 /* eomgen_batch.c: runs a compiled function over arrays of states, in vector lanes where the type has them.
  *
- * The same text serves every model, so it is compiled once. A block of states is computed
- * where it is if the lanes of each element are adjacent there, otherwise it is copied into lanes (structure of arrays)
- * and out; strides are arbitrary. What depends on the parameters only is computed once if
- * p does not change from state to state.
+ * The same text serves every model, so it is compiled once. A block of states is computed where it is if the lanes of
+ * each element are adjacent there, otherwise it is copied into lanes (structure of arrays) and out; strides are
+ * arbitrary. What depends on the parameters only is computed once if p does not change from state to state.
  */
 #include "eomgen_model.h"
 #include "eomgen_real.h"
@@ -20,15 +19,15 @@ enum { EOM_DOP853_ROWS = 13 }; /* twelve stages, and the end of a step */
 
 typedef enum { EOM_RK4, EOM_EULER, EOM_DOP853 } eom_method;
 
-/* An operand: `size` elements at the address of its state plus `offset` of each. */
+/* An operand: element (i, j) of state k is at base + k step + i row + j column. */
 typedef struct {
     char *base;
-    intptr_t step;      /* from state to state, bytes */
+    intptr_t step;        /* from state to state, bytes */
     intptr_t row, column; /* from element to element, bytes */
-    int rows, columns;  /* columns >= 1 */
-    int size;
-    int dense;          /* elements are adjacent */
-    intptr_t pitch;     /* from element to element, scalars, where lanes are adjacent; 0 where they have to be copied */
+    int rows, columns;    /* columns >= 1 */
+    int size;             /* rows x columns */
+    int dense;            /* elements are adjacent */
+    intptr_t pitch;       /* from element to element, scalars, where lanes are adjacent; 0 where they have to be copied */
 } eom_operand;
 
 static int eom_is_dense(const eom_operand *o, size_t scalar)

@@ -468,9 +468,10 @@ static void FN(eom_rollout)(char **args, const intptr_t *dimensions, const intpt
 #define EOM_LAY_OUT(type, width)                                                                                       \
     type *at = (type *)buffer;                                                                                         \
     int m = (width);                                                                                                   \
-    x.f = f, x.p = p_copy, x.c = c, x.n = n, x.k = k, x.streams = m;                                                   \
+    x.p = p_copy, x.c = c, x.n = n, x.k = k, x.streams = m;                                                            \
     x.q = at, x.v = x.q + n * m, x.stage_q = x.v + n * m, x.stage_v = x.stage_q + n * m;                               \
-    x.a = x.stage_v + n * m, x.u = x.a + kept * n * m, x.w = x.u + f->rows[2] * m, x.stage_w = x.w + 3 * k * m, x.work = x.stage_w + 3 * k * m;     \
+    x.a = x.stage_v + n * m, x.u = x.a + kept * n * m, x.w = x.u + f->rows[2] * m;                                     \
+    x.stage_w = x.w + 3 * k * m, x.work = x.stage_w + 3 * k * m;                                                       \
     for (int i = 0; i <= inputs; i++) x.places[i] = (eom_place){lanes, (uintptr_t)buffer}
 #if EOM_WIDTH > 1
         if (lanes > 1) {

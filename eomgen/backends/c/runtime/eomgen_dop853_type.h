@@ -82,7 +82,7 @@ static SCALAR FN(eom_try)(RN(eom_trajectory) * x, const FN(eom_dop853) * o, SCAL
     do {                                                                                                               \
         SCALAR *row = x->a + (stage) * size, now = t + o->nodes[(stage) - 1] * h;                                      \
         FN(eom_move)(x, weights, h, row, from, stage);                                                                 \
-        RN(eom_stage)(x, x->stage_q, row, &now, row + n);                                                          \
+        RN(eom_stage)(x, x->stage_q, row, &now, row + n);                                                              \
         weights += 1 + (stage) - (from);                                                                               \
     } while (0)
     EOM_DOP853_STAGE(1, 1);

@@ -1,12 +1,12 @@
 /* eomgen_rollout_type.h: integration of forward dynamics; included once per real type.
  *
- * Expects REAL (a scalar or a vector), RN(name) (a name of its own per type), WIDTH (its lanes) and the names of eomgen_batch_type.h.
+ * Expects REAL (a scalar or a vector), RN(name) (a name of its own per type), WIDTH (its lanes) and the names of
+ * eomgen_batch_type.h.
  */
 
 /* What stays the same along a trajectory. The state, the stages and the inputs are arrays of elements x streams; v follows
  * q, and stage_v follows stage_q. `a` is what a method keeps of its stages. */
 typedef struct {
-    const eom_function *f;
     void (*kernel)(void);
     const SCALAR *p, *c;
     eom_place places[EOM_MAX_INPUTS + 1];
@@ -90,7 +90,7 @@ static int RN(eom_integrate)(RN(eom_trajectory) * x, const eom_operand *operand,
     int used = x->k ? 4 : 3, width = WIDTH, lost = 0;
     intptr_t substeps = (intptr_t)options[0];
 #if WIDTH == 1
-    SCALAR h = 0;
+    SCALAR step = 0;
 #endif
     for (int h = 0; h < x->streams; h++) {
         intptr_t first = state + h * width < state + count ? state + h * width : state + count - 1;
@@ -111,7 +111,7 @@ static int RN(eom_integrate)(RN(eom_trajectory) * x, const eom_operand *operand,
         }
 #if WIDTH == 1
         if (method == EOM_DOP853) {
-            lost = lost || !FN(eom_span_dop853)(x, (const FN(eom_dop853) *)options, dt[0] * options[0], &h);
+            lost = lost || !FN(eom_span_dop853)(x, (const FN(eom_dop853) *)options, dt[0] * options[0], &step);
             for (int i = 0; lost && i < 2 * x->n; i++) x->q[i] = FN(eom_nan)();
             substeps = 0;
         }
