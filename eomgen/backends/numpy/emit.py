@@ -35,14 +35,14 @@ def emit(model: Model) -> dict[str, str]:
 
 def kernel(model: Model) -> str:
     """The module with all functions."""
-    parts = [template.HEAD.format(title=model.title)]
+    texts = [template.HEAD.format(title=model.title)]
     for program in model.programs:
         shapes = tuple(array.shape for array in program.inputs)
         arguments = ", ".join(array.name for array in program.inputs)
         if program.constants:
-            parts.append(_routine(program, f"_{program.name}_constants", "p", program.constants, "c"))
-        parts.append(_routine(program, f"_{program.name}", f"{arguments}, c", program.blocks, "out"))
-        parts.append(
+            texts.append(_routine(program, f"_{program.name}_constants", "p", program.constants, "c"))
+        texts.append(_routine(program, f"_{program.name}", f"{arguments}, c", program.blocks, "out"))
+        texts.append(
             template.FUNCTION.format(
                 name=program.name,
                 doc=f"{program.name}({arguments})\\n\\n{program.doc}.",
@@ -55,7 +55,7 @@ def kernel(model: Model) -> str:
                 dtypes=repr(model.dtypes),
             )
         )
-    return "\n".join(parts)
+    return "\n".join(texts)
 
 
 def _block_size(program: Program) -> int:

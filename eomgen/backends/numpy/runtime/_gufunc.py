@@ -1,7 +1,7 @@
 """Generalised ufuncs in Python: broadcasting, shape errors and blocks for vectorised functions.
 
 A call checks the core shapes as NumPy does (and in its words), broadcasts the leading axes, and evaluates the
-function on blocks of states small enough for the cache, so no temporary is larger than a block.
+function block by block of states, so no temporary is larger than a block.
 
 The functions are written against an array namespace, so arrays of another library (JAX, PyTorch, CuPy, or any with
 the Python array API) are computed by that library, in one piece and without NumPy.
@@ -291,8 +291,8 @@ def sincos_difference(xp, x, y, small):
     if small:
         return sine, cosine
     size = xp.abs(turn)
-    small = size < 8
-    if xp is numpy and small.all():
+    below = size < 8
+    if xp is numpy and below.all():
         return sine, cosine
     rest = x - turn
     lost = (x - (turn + rest)) + (rest - y)  # exactly (Knuth's TwoSum)
@@ -302,4 +302,4 @@ def sincos_difference(xp, x, y, small):
         sx, cx, sy, cy = xp.sin(x), xp.cos(x), xp.sin(y), xp.cos(y)
         right_sine = xp.where(near, right_sine, sx * cy - cx * sy)
         right_cosine = xp.where(near, right_cosine, cx * cy + sx * sy)
-    return xp.where(small, sine, right_sine), xp.where(small, cosine, right_cosine)
+    return xp.where(below, sine, right_sine), xp.where(below, cosine, right_cosine)
