@@ -54,7 +54,7 @@ def test_what_flows_along_a_chain_is_carried() -> None:
 def test_sums_of_several_children_are_not() -> None:
     found = carry.run(looped(branched(20), "forward_dynamics"))
     assert not carried(found) & FLOWS
-    assert {"inertia_p_up"} <= {array.name for array in found.scratch if array.size == 20}
+    assert "inertia_p_up" in {array.name for array in found.scratch if array.size == 20}
 
 
 @pytest.mark.parametrize("name", loops.LOOPED.keys() - {"prescribed_forces"})
@@ -69,18 +69,15 @@ def test_every_bit_stays(scene: Scene, name: str) -> None:
     assert np.array_equal(*results)
 
 
-@pytest.mark.parametrize("backend", ["c", "numpy"])
-@pytest.mark.parametrize("accuracy", ["fast", "standard", "high"])
+@pytest.mark.parametrize(
+    ("backend", "accuracy"), [("c", "fast"), ("c", "standard"), ("c", "high"), ("numpy", "standard")]
+)
 def test_loops_in_turns(backend: str, accuracy: str) -> None:
     """The links of a kind do not stand in a row, and still each finds what its neighbour left."""
-    if backend == "numpy" and accuracy != "standard":
-        pytest.skip("the NumPy back end has one accuracy")
     scene = alternating(12)
     program = carry.run(looped(scene, "forward_dynamics"))
-    assert any(isinstance(step, Turns) for step in program.blocks) and carried(program) == FLOWS | {
-        "acceleration_u_down1",
-        "acceleration_n_down1",
-    }
+    assert any(isinstance(step, Turns) for step in program.blocks)
+    assert carried(program) == {*FLOWS, "acceleration_u_down1", "acceleration_n_down1"}
     state, results = hard.random_state(scene), []
     for form in (True, False):
         module = eomgen.compile(
