@@ -80,7 +80,7 @@ static void RN(eom_step_euler)(RN(eom_trajectory) * x, const REAL *dt, const REA
 #endif
 
 /* Integrates `count` trajectories, at most WIDTH x streams. The operands are those of forward dynamics with u and w at the
- * first interval; `next` leads to the next one. Returns whether an error-controlled motion came to no end. */
+ * first interval; `next` leads to the next one. Returns whether an error-controlled motion ended before its intervals. */
 static int RN(eom_integrate)(RN(eom_trajectory) * x, const eom_operand *operand, const eom_operand *dt_operand,
                               const eom_operand *result, intptr_t state, int count, intptr_t intervals,
                               const intptr_t *next, eom_method method, const SCALAR *options)
