@@ -367,7 +367,8 @@ def test_pivot_inverse(builds, kind):
         epsilon = float(np.finfo(np.longdouble).eps)
     else:
         epsilon = 2.0**-23 if kind.startswith("f32") else 2.0**-52
-    good = [(1, 1), (2, 0), (0.25, 1), (17 * epsilon, 1), (1e-30, 0), (np.inf, 1), (3, 1e3)]
+    large = 1e36 if kind.startswith("f32") else 1e300  # times 1 / epsilon it would overflow
+    good = [(1, 1), (2, 0), (0.25, 1), (17 * epsilon, 1), (1e-30, 0), (np.inf, 1), (3, 1e3), (large, 1), (large, large)]
     bad = [(0, 0), (0, 1), (-0.0, 1), (16 * epsilon, 1), (-1, 1), (-np.inf, 1), (1, np.inf)]
     bad += [(np.nan, 1), (1, np.nan), (np.nan, np.nan)]
     for build in builds:

@@ -631,11 +631,11 @@ EOM_DEFINE_SINCOS2(f32v)
  *
  * eom_pivot_inverse_T(d, ref): 1/d where d > 16 EPS ref + MIN (EPS: of the type, 2^-52 for double; MIN: its least normal
  * number, below which digits are lost), ref being the size of the terms that d was computed from; elsewhere, and where d
- * or ref is NaN, NaN with the flag `invalid`. The test is (d - MIN) / (16 EPS) > ref, which one fma and a comparison
- * decide: the factor is a power of two.
+ * or ref is NaN, NaN with the flag `invalid`. The test is d - 16 EPS ref > MIN, which one fma and a comparison decide: the
+ * factor is a power of two, and below 1, so that no size of d or ref overflows.
  */
 
-#define EOM_SAFELY_POSITIVE(FMA, SET, d, ref, EPS, MIN) (FMA(d, SET(1 / (16 * EPS)), SET(-MIN / (16 * EPS))) > ref)
+#define EOM_SAFELY_POSITIVE(FMA, SET, d, ref, EPS, MIN) (FMA(ref, SET(-16 * EPS), d) > SET(MIN))
 
 /* volatile: no compiler may know the quotient beforehand. */
 #define EOM_DEFINE_PIVOT_SCALAR(T, EPS, MIN)                                                                          \
