@@ -1,7 +1,9 @@
 """Rollouts: of the promised order or error, alike in both back ends, in lanes as alone, refusing nonsense."""
 
+import functools
 import importlib
 import pickle
+import sys
 from collections.abc import Callable
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -559,6 +561,27 @@ def test_energy_drift_follows_the_tolerance(get: Get) -> None:
     # Some hundred steps, of a tolerance each
     assert (np.array(drift) < [1e-4, 1e-7, 1e-10]).all()
     assert drift[0] > 100 * drift[1] > 10_000 * drift[2]
+
+
+@BOTH
+def test_steps_are_limited(backend: str, get: Get, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A motion that takes more of them in an interval is lost; in shorter intervals it is not."""
+    module = get("rigid_1", backend)
+    rollout = sys.modules[type(module.rollout).__module__]
+    monkeypatch.setattr(rollout, "MOST_TRIES", 60)
+    rollout._constants.cache_clear()
+    try:
+        whole, parts = (
+            functools.partial(module.rollout, [1.0], [0.0], np.zeros((t, 1)), module.p, 20 / t, **settled(1e-9))
+            for t in (1, 40)
+        )
+        with np.errstate(invalid="raise"), pytest.raises(FloatingPointError, match="invalid value encountered"):
+            whole()
+        with np.errstate(invalid="ignore"):
+            assert np.isnan(whole()).all()
+        assert np.isfinite(parts()).all()
+    finally:
+        rollout._constants.cache_clear()
 
 
 class Counted:

@@ -5,6 +5,7 @@ import functools
 import numpy
 
 METHODS = ("rk4", "euler", "dop853")
+MOST_TRIES = 1e6  # steps of "dop853" in an interval, those it rejects included
 
 
 class Rollout:
@@ -30,7 +31,8 @@ class Rollout:
 
     Returns:
         q and v, each (..., t, n). Those of "dop853" are NaN, and NumPy's flag `invalid` is raised, from the interval on
-        in which the state ceases to be finite or needs a step shorter than 10 eps of the time in it.
+        in which the state ceases to be finite, or which needs a step shorter than 10 eps of the time in it or more than
+        a million steps.
 
     Raises:
         ValueError: a step or tolerance that is not positive, a number of steps that does not fit, an unknown method, a
@@ -229,9 +231,9 @@ def _tolerance(name, value, kind):
 
 @functools.cache
 def _constants(dtype):
-    """10 eps, the least positive number, the coefficients."""
+    """10 eps, the least positive number, the most steps to try, the coefficients."""
     kind = numpy.finfo(dtype)
-    head = numpy.array([10 * kind.eps, kind.smallest_normal], dtype)
+    head = numpy.array([10 * kind.eps, kind.smallest_normal, MOST_TRIES], dtype)
     return numpy.concatenate([head, numpy.array(COEFFICIENTS.split()).astype(dtype)])
 
 
@@ -245,10 +247,10 @@ def _dop853(field, y, span, intervals, options):
         y: the states at the start, a row for each trajectory.
         span: the duration of an interval.
         intervals: their number.
-        options: rtol, atol, 10 eps, the least positive number, the coefficients.
+        options: rtol, atol, 10 eps, the least positive number, the most steps to try, the coefficients.
     """
-    rtol, atol, finest, least = options[:4]
-    nodes, weights, place = options[4:15], [], 15
+    rtol, atol, finest, least, most = options[:5]
+    nodes, weights, place = options[5:16], [], 16
     for first, last in zip(FIRST, LAST, strict=True):
         weights.append(options[place : place + 1 + last - first])
         place += 1 + last - first
@@ -264,12 +266,13 @@ def _dop853(field, y, span, intervals, options):
     y, found = y.copy(), numpy.empty((count, intervals, size), y.dtype)
     h, finite = numpy.zeros_like(span), numpy.ones(count, bool)
     for j in range(intervals):
-        t, rejected = numpy.zeros_like(span), numpy.zeros(count, bool)
+        t, rejected, tries = numpy.zeros_like(span), numpy.zeros(count, bool), 0
         begin = field(j, numpy.arange(count), t, y)
         if j == 0:
             h = _first_step(lambda t, y: field(0, numpy.arange(count), t, y), y, begin, span, rtol, atol)
         while (rows := numpy.flatnonzero(finite & (t < span))).size:
-            finite[rows] = h[rows] > finest * t[rows] + least
+            finite[rows] = (h[rows] > finest * t[rows] + least) & (tries < most)
+            tries += 1
             rows = rows[finite[rows]]
             left = span[rows] - t[rows]
             last = left <= h[rows]

@@ -8,7 +8,7 @@
 
 /* The options of the ufunc; their last part is the table of _rollout.py. */
 typedef struct {
-    SCALAR steps, rtol, atol, finest, least; /* a step is at least finest x time + least */
+    SCALAR steps, rtol, atol, finest, least, most; /* a step is at least finest x time + least; so many are tried */
     SCALAR nodes[11], stages[50], solution[8], fifth[8], third[8];
 } FN(eom_dop853);
 
@@ -113,16 +113,18 @@ static SCALAR FN(eom_try)(RN(eom_trajectory) * x, const FN(eom_dop853) * o, SCAL
 
 /* Integrates over `span`; *h is the step to begin with, 0 if it is to be chosen, and that to go on with.
  *
- * False where the motion ends: its state is not finite, or no step that time can resolve is short enough.
+ * False where the motion ends: its state is not finite, no step that time can resolve is short enough, or they are too
+ * many.
  */
 static int FN(eom_span_dop853)(RN(eom_trajectory) * x, const FN(eom_dop853) * o, SCALAR span, SCALAR *h)
 {
     int n = x->n, size = 2 * n, rejected = 0;
-    SCALAR t = 0, *end = x->a + (EOM_DOP853_ROWS - 1) * size;
+    SCALAR t = 0, tries = 0, *end = x->a + (EOM_DOP853_ROWS - 1) * size;
     FN(eom_begin)(x, t);
     if (*h == 0) *h = FN(eom_first_step)(x, o, span);
     while (t < span) {
-        if (!(*h > o->finest * t + o->least)) return 0;
+        if (!(*h > o->finest * t + o->least && tries < o->most)) return 0;
+        tries += 1;
         int last = span - t <= *h;
         SCALAR step = last ? span - t : *h, error = FN(eom_try)(x, o, t, step), most = rejected ? 1 : 10;
         /* 0.9 error^(-1/8), between 0.2 and `most`; 0.2 if it is not a number */
