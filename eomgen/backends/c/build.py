@@ -26,7 +26,7 @@ from eomgen.errors import BuildError, one_line, shown
 RUNTIME = Path(__file__).parent / "runtime"
 COMMON = ("-std=gnu11", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden")
 LOG = "build.log"
-PARTS = (1, 2)  # of <name>.c: scalars with all else, vectors
+PARTS = (1, 2)  # of <name>.c: scalars with all else, vectors; of eomgen_batch.c: double, the other types
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ def build(folder: Path, name: str, tools: Toolchain) -> None:
         objects = wrapper.result()
     suffix = sysconfig.get_config_var("EXT_SUFFIX")
     shared = ["-bundle", "-undefined", "dynamic_lookup"] if sys.platform == "darwin" else ["-shared"]
-    parts = [*kernels, str(objects / "_kernel.o"), str(objects / "eomgen_batch.o")]
+    parts = [*kernels, *(str(objects / f"{name}.o") for name in ("_kernel", *(f"batch{part}" for part in PARTS)))]
     _run(folder, [*tools.command, *shared, *parts, "-lm", "-o", f"_kernel{suffix}"])
     for made in kernels:
         (folder / made).unlink()
@@ -158,11 +158,19 @@ def _wrapper(tools: Toolchain) -> Path:
     def make(folder: Path) -> None:
         cache.write(folder, files)
         compiler = [*tools.command, *tools.flags]
-        with ThreadPoolExecutor(1) as pool:
-            batch = pool.submit(_run, folder, [*compiler, "-O2", "-c", "eomgen_batch.c", "-o", "eomgen_batch.o"])
+        with ThreadPoolExecutor(2) as pool:
+            parts = [
+                pool.submit(
+                    _run,
+                    folder,
+                    [*compiler, level, f"-DEOM_PART={part}", "-c", "eomgen_batch.c", "-o", f"batch{part}.o"],
+                )
+                for part, level in zip(PARTS, ("-O2", "-O1"), strict=True)
+            ]
             _run(folder, [sys.executable, "-m", "cython", "-3", "_kernel.pyx", "-o", "_kernel.c"])
             _run(folder, [*compiler, "-O1", *include, "-c", "_kernel.c", "-o", "_kernel.o"])
-            batch.result()
+            for part in parts:
+                part.result()
 
     return cache.publish(cache.folder() / "wrapper" / key, make)
 

@@ -13,6 +13,10 @@
 #include <immintrin.h>
 #endif
 
+#ifndef EOM_PART
+#define EOM_PART 0 /* everything; 1: double, 2: the other types, to be linked with 1 */
+#endif
+
 enum { EOM_AHEAD = 64 }; /* states from those being used to those asked for, where lanes are adjacent */
 enum { EOM_MAX_INPUTS = 8, EOM_MAX_STREAMS = 4, EOM_STACK_BYTES = 16384 };
 enum { EOM_DOP853_ROWS = 13 }; /* twelve stages, and the end of a step */
@@ -70,7 +74,7 @@ EOM_INLINE const void *eom_ahead(const char *at, intptr_t bytes) { return (const
 
 /* Four columns of rows of doubles, to vectors over the rows and back: EOM_LANES_F64 rows, `step` doubles apart. A half
  * vector has four elements of a row; each half is a square that is transposed within it. */
-#if EOM_HAS(__builtin_shufflevector) && EOM_LANES_F64 >= 4
+#if EOM_PART != 2 && EOM_HAS(__builtin_shufflevector) && EOM_LANES_F64 >= 4
 #define EOM_ROWS 1
 typedef double eom_four_f64 __attribute__((vector_size(32), aligned(8), may_alias));
 
@@ -175,11 +179,14 @@ EOM_INLINE void eom_store_four_f64(double *row, intptr_t step, const eom_f64v *f
 }
 #endif
 
+#if EOM_PART != 2
 #define EOM_TYPE f64
 #define EOM_VECTOR f64v
 #define EOM_WIDTH EOM_LANES_F64
 #include "eomgen_batch_type.h"
+#endif
 
+#if EOM_PART != 1
 #define EOM_TYPE f32
 #define EOM_VECTOR f32v
 #define EOM_WIDTH EOM_LANES_F32
@@ -189,3 +196,4 @@ EOM_INLINE void eom_store_four_f64(double *row, intptr_t step, const eom_f64v *f
 #define EOM_VECTOR f80
 #define EOM_WIDTH 1
 #include "eomgen_batch_type.h"
+#endif

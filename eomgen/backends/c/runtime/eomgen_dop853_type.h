@@ -21,13 +21,13 @@ static SCALAR FN(eom_size)(SCALAR a) { return a < 0 ? -a : a; }
 EOM_INLINE SCALAR FN(eom_sum)(const SCALAR *weights, const SCALAR *row, int size, int from, int to)
 {
     SCALAR sum = weights[0] * row[0];
-    EOM_UNROLLED for (int j = from; j < to; j++) sum += weights[1 + j - from] * row[j * size];
+    for (int j = from; j < to; j++) sum += weights[1 + j - from] * row[j * size];
     return sum;
 }
 
 /* The state after a step h by a weighted sum: the coordinates to stage_q, the rates to the first half of a row. */
-EOM_INLINE void FN(eom_move)(RN(eom_trajectory) * x, const SCALAR *restrict weights, SCALAR h, SCALAR *restrict to,
-                             int from, int before)
+static __attribute__((noinline)) void FN(eom_move)(RN(eom_trajectory) * x, const SCALAR *restrict weights, SCALAR h,
+                                                   SCALAR *restrict to, int from, int before)
 {
     int n = x->n;
     for (int i = 0; i < n; i++) {
@@ -76,27 +76,15 @@ static SCALAR FN(eom_first_step)(RN(eom_trajectory) * x, const FN(eom_dop853) * 
 /* The stages of a step from t by h, and its end in stage_q and the last row; the square of the scaled error. */
 static SCALAR FN(eom_try)(RN(eom_trajectory) * x, const FN(eom_dop853) * o, SCALAR t, SCALAR h)
 {
+    static const int from[] = {1, 1, 2, 2, 3, 3, 3, 3, 3, 3, 3};
     int n = x->n, size = 2 * n;
     const SCALAR *weights = o->stages;
-#define EOM_DOP853_STAGE(stage, from)                                                                                  \
-    do {                                                                                                               \
-        SCALAR *row = x->a + (stage) * size, now = t + o->nodes[(stage) - 1] * h;                                      \
-        FN(eom_move)(x, weights, h, row, from, stage);                                                                 \
-        RN(eom_stage)(x, x->stage_q, row, &now, row + n);                                                              \
-        weights += 1 + (stage) - (from);                                                                               \
-    } while (0)
-    EOM_DOP853_STAGE(1, 1);
-    EOM_DOP853_STAGE(2, 1);
-    EOM_DOP853_STAGE(3, 2);
-    EOM_DOP853_STAGE(4, 2);
-    EOM_DOP853_STAGE(5, 3);
-    EOM_DOP853_STAGE(6, 3);
-    EOM_DOP853_STAGE(7, 3);
-    EOM_DOP853_STAGE(8, 3);
-    EOM_DOP853_STAGE(9, 3);
-    EOM_DOP853_STAGE(10, 3);
-    EOM_DOP853_STAGE(11, 3);
-#undef EOM_DOP853_STAGE
+    for (int stage = 1; stage <= 11; stage++) {
+        SCALAR *row = x->a + stage * size, now = t + o->nodes[stage - 1] * h;
+        FN(eom_move)(x, weights, h, row, from[stage - 1], stage);
+        RN(eom_stage)(x, x->stage_q, row, &now, row + n);
+        weights += 1 + stage - from[stage - 1];
+    }
     SCALAR *end = x->a + (EOM_DOP853_ROWS - 1) * size, fifth = 0, third = 0;
     FN(eom_move)(x, o->solution, h, end, 5, 12);
     for (int i = 0; i < size; i++) {
