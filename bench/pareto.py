@@ -34,7 +34,6 @@ STATES = 20_000  # in a batch
 SAMPLE = 32  # states whose errors are certified
 ROUNDS = 11
 LIMIT = 120.0  # seconds for a peer to derive, compile, check and measure
-NEAR = 1.1  # the default may take this much longer than what is at least as accurate
 
 Record = dict[str, Any]
 

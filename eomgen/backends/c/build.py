@@ -128,15 +128,15 @@ def build(folder: Path, name: str, tools: Toolchain) -> None:
         BuildError: a step failed; the message names the log, which is kept.
     """
 
-    def kernel(part: int) -> str:
-        made = f"kernel{part}.o"
-        source = ["-O2", f"-DEOM_PART={part}", "-c", f"csrc/{name}.c"]
-        _run(folder, [*tools.command, *tools.flags, *source, "-o", made])
-        return made
-
+    kernels = [f"kernel{part}.o" for part in PARTS]
     with ThreadPoolExecutor(3) as pool:
         wrapper = pool.submit(_wrapper, tools)
-        kernels = list(pool.map(kernel, PARTS))
+        compiling = [
+            pool.submit(_compile, folder, tools, f"csrc/{name}.c", made, "-O2", f"-DEOM_PART={part}")
+            for part, made in zip(PARTS, kernels, strict=True)
+        ]
+        for step in compiling:
+            step.result()
         objects = wrapper.result()
     suffix = sysconfig.get_config_var("EXT_SUFFIX")
     shared = ["-bundle", "-undefined", "dynamic_lookup"] if sys.platform == "darwin" else ["-shared"]
@@ -157,22 +157,26 @@ def _wrapper(tools: Toolchain) -> Path:
 
     def make(folder: Path) -> None:
         cache.write(folder, files)
-        compiler = [*tools.command, *tools.flags]
         with ThreadPoolExecutor(2) as pool:
-            parts = [
-                pool.submit(
-                    _run,
-                    folder,
-                    [*compiler, level, f"-DEOM_PART={part}", "-c", "eomgen_batch.c", "-o", f"batch{part}.o"],
-                )
+            compiling = [
+                pool.submit(_compile, folder, tools, "eomgen_batch.c", f"batch{part}.o", level, f"-DEOM_PART={part}")
                 for part, level in zip(PARTS, ("-O2", "-O1"), strict=True)
             ]
             _run(folder, [sys.executable, "-m", "cython", "-3", "_kernel.pyx", "-o", "_kernel.c"])
-            _run(folder, [*compiler, "-O1", *include, "-c", "_kernel.c", "-o", "_kernel.o"])
-            for part in parts:
-                part.result()
+            _compile(folder, tools, "_kernel.c", "_kernel.o", "-O1", *include)
+            for step in compiling:
+                step.result()
 
     return cache.publish(cache.folder() / "wrapper" / key, make)
+
+
+def _compile(folder: Path, tools: Toolchain, source: str, made: str, *options: str) -> None:
+    """Compiles a C file of a folder to an object file there.
+
+    Raises:
+        BuildError: it failed.
+    """
+    _run(folder, [*tools.command, *tools.flags, *options, "-c", source, "-o", made])
 
 
 def _run(folder: Path, command: list[str]) -> None:

@@ -161,21 +161,16 @@ def _block(block: Block, printer: CPrinter | HighPrinter) -> list[str]:
         tables, lines = _body(block, printer)
         return [*tables, *lines]
     entering = _entering(block, printer)
-    passing = [store for store in block.stores if store.place.array in entering]
-    tables, lines = _body(block, printer, {store.place.array for store in passing})
+    passing = [store.place.array for store in block.stores if store.place.array in entering]
+    tables, lines = _body(block, printer, passing)
     return [
         *tables,
         *(printer.enter(array) for array in entering),
         f"for (int k = 0; k < {block.count}; k++) {{",
         *(f"    {line}" for line in lines),
-        *(f"    {printer.advance(store.place.array)}" for store in passing),
+        *(f"    {printer.advance(array)}" for array in passing),
         "}",
-        *(
-            printer.store(
-                store.place.array, "0", Text(printer.load(store.place.array, "0"), 3, 0, store.node), add=False
-            )
-            for store in passing
-        ),
+        *map(printer.keep, passing),
     ]
 
 

@@ -114,6 +114,10 @@ class CPrinter:
         """The statement after which the latter is the former."""
         return f"EACH {entering(array)}[h] = {array}_out[h];"
 
+    def keep(self, array: str) -> str:
+        """The statement after a loop that leaves in an array what it has carried to the end."""
+        return f"EACH {array}[0][h] = {entering(array)}[h];"
+
     def _real(self, value: Text) -> str:
         return f"R({value.text})" if value.text.removeprefix("-") in self.scalars else value.text
 
@@ -272,6 +276,9 @@ class HighPrinter:
 
     def advance(self, array: str) -> str:
         return f"{entering(array)} = {array}_out;"
+
+    def keep(self, array: str) -> str:
+        return f"{array}[0] = {entering(array)};"
 
     def store(self, array: str, index: str, value: Text, add: bool) -> str:
         if self.kinds[array] == "output":

@@ -20,6 +20,7 @@ VALUE_BYTES = 1 << 25  # of a block, if half of the values are alive: in long fu
 RESULT_BYTES = 1 << 22  # of a block; its columns are written one by one, so it should stay in the cache
 SMALLEST, LARGEST = 64, 4096  # states per block
 ARGUMENTS = frozenset("qvauwp")
+SIGNS = {"add": "+", "sub": "-", "mul": "*"}
 UNRECORDED = ("add", "sub", "mul", "sin", "cos")  # operations whose derivatives do not need their result
 
 
@@ -73,7 +74,7 @@ def _routine(program: Program, name: str, arguments: str, steps: tuple[Step, ...
     if result == "out":
         lines.append(f"out = [0.0] * {program.output.size}")
     body = [line for step in steps for line in _step(step, printer)]
-    if any(", small)" in line for line in body):
+    if printer.asks:
         lines.append("small = all_small(xp, q)")
     lines += body
     names = [array.name for array in program.scratch if array.role == "constants"]
@@ -169,7 +170,8 @@ def _statements(block: Block, printer: NumPyPrinter, indices: Indices) -> list[s
                 if twin in turned:
                     texts[twin] = Text(name, 3, 0, twin)
                     depends(twin, turned[node].args)
-            lines.append(printer.turn(sine, cosine, x, y))
+            coordinates = all(block.loads[arg].array == "q" for arg in turned[node].args)
+            lines.append(printer.turn(sine, cosine, x, y, coordinates))
             continue
         text = printer.operation(node, [text_of(arg) for arg in args]).text
         depends(node, args)
@@ -180,19 +182,15 @@ def _statements(block: Block, printer: NumPyPrinter, indices: Indices) -> list[s
             left[arg] -= 1
             if not left[arg] and arg not in block.loads and arg.op not in LEAVES and arg is not over:
                 free.append(texts[arg].text)
-        name = texts[over].text if over else new_name()
-        lines.append(_updated(name, text) if over else f"{name} = {text}")
+        if over:
+            (other,) = (texts[arg].text for arg in args if arg is not over)
+            name = texts[over].text
+            lines.append(f"{name} {SIGNS[node.op]}= {other}")
+        else:
+            name = new_name()
+            lines.append(f"{name} = {text}")
         texts[node] = Text(name, 3, 0, node)
     for store in block.stores:
         target, value = f"{store.place.array}[{indices.at(store.place)}]", text_of(store.node).text
         lines.append(f"{target} = {target} + {value}" if store.add else f"{target} = {value}")
     return lines
-
-
-def _updated(name: str, text: str) -> str:
-    """The statement that puts the value of a sum or product into the operand of this name."""
-    if text.startswith(f"{name} "):
-        sign, other = text[len(name) + 1], text[len(name) + 3 :]
-    else:
-        sign, other = text[-len(name) - 2], text[: -len(name) - 3]
-    return f"{name} {sign}= {other}"

@@ -16,10 +16,14 @@ class NumPyPrinter:
 
     Args:
         carried: the arrays that carry a value on; what is loaded of them stands in variables of the block.
+
+    Attributes:
+        asks: whether something printed wants to know if all of q is small.
     """
 
     def __init__(self, carried: Set[str] = frozenset()) -> None:
         self.carried = carried
+        self.asks = False
 
     def load(self, array: str, index: str) -> str:
         if array in self.carried:
@@ -40,10 +44,10 @@ class NumPyPrinter:
             return Text(f"xp.{node.op}({typed(args[0].text)})", 3, depth, node)
         return infix(node, args)
 
-    def turn(self, sine: str, cosine: str, x: str, y: str) -> str:
-        """The statement for sine and cosine of a difference of loaded values."""
-        small = "small" if x.startswith("q[") and y.startswith("q[") else "False"
-        return f"{sine}, {cosine} = sincos_difference(xp, {x}, {y}, {small})"
+    def turn(self, sine: str, cosine: str, x: str, y: str, coordinates: bool) -> str:
+        """The statement for sine and cosine of a difference of loaded values, of two coordinates or not."""
+        self.asks |= coordinates
+        return f"{sine}, {cosine} = sincos_difference(xp, {x}, {y}, {'small' if coordinates else False})"
 
 
 def typed(text: str) -> str:

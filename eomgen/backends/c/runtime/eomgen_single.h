@@ -84,7 +84,7 @@ EOM_DEFINE_SINGLE_REDUCE(f64v, eom_f64v, eom_fma_f64v, eom_set_f64v)
 
 EOM_INLINE void eom_single_turn_f64(eom_f64 x, eom_f64 y, eom_f32 *sine, eom_f32 *cosine)
 {
-    if (EOM_UNLIKELY(!__builtin_islessequal(__builtin_fabs(x - y), EOM_SINCOS_LIMIT))) {
+    if (eom_far_f64(x - y, EOM_SINCOS_LIMIT)) {
         eom_sincos_pair far = eom_sincos_far_f64(x, y);
         *sine = (float)far.s;
         *cosine = (float)far.c;
