@@ -88,8 +88,7 @@ class CPrinter:
                 continue
             a, b = product.factors
             addend = other.text if not minus or flip else f"-{wrapped(other, 3)}"
-            first = f"-{a}" if flip else a
-            return Text(f"FMA({first}, {b}, {addend})", 3, 1 + max(left.depth, right.depth), node)
+            return Text(f"F{'NMA' if flip else 'MA'}({a}, {b}, {addend})", 3, 1 + max(left.depth, right.depth), node)
         return None
 
     def assign(self, name: str, text: str) -> str:
@@ -99,8 +98,7 @@ class CPrinter:
         function = "SINCOS2" if len(sines) == 2 else "SINCOS" if self.inline else "SINCOS_CALL"
         angles = [f"DIFFERENCE({', '.join(s.difference)})" if s.difference else f"ANGLE({s.angle})" for s in sines]
         names = [name for s in sines for name in (s.sine or f"{s.cosine}_sin", s.cosine or f"{s.sine}_cos")]
-        arguments = [*angles, *(f"&{name}[h]" for name in names)]
-        return [f"pack {', '.join(names)}; EACH {function}({', '.join(arguments)});"]
+        return [f"pack {', '.join(names)}; {function}({', '.join([*angles, *names])});"]
 
     def enter(self, array: str) -> str:
         """The statement that loads what an array carries into a block."""

@@ -18,6 +18,7 @@
 #endif
 
 enum { EOM_AHEAD = 64 }; /* states from those being used to those asked for, where lanes are adjacent */
+enum { EOM_LINE = 64 };  /* bytes that memory is asked for at once */
 enum { EOM_MAX_INPUTS = 8, EOM_MAX_STREAMS = 4, EOM_STACK_BYTES = 16384 };
 enum { EOM_DOP853_ROWS = 13 }; /* twelve stages, and the end of a step */
 
@@ -67,8 +68,9 @@ static int eom_operands(const eom_function *f, char **args, const intptr_t *step
 #define EOM_PASTE_(a, b) a##b
 #define EOM_PASTE(a, b) EOM_PASTE_(a, b)
 
-/* May lie outside the array, where a prefetch is harmless and a pointer is not. */
-EOM_INLINE const void *eom_ahead(const char *at, intptr_t bytes) { return (const void *)((uintptr_t)at + (uintptr_t)bytes); }
+/* In the line where what is ahead ends: that in which it begins is the last one of what was asked for before. It may lie
+ * outside the array, where a prefetch is harmless and a pointer is not. */
+EOM_INLINE uintptr_t eom_ahead(const char *at, intptr_t bytes) { return (uintptr_t)at + (uintptr_t)bytes + EOM_LINE - 1; }
 
 #define EOM_UNROLLED _Pragma("GCC unroll 8")
 

@@ -112,7 +112,8 @@ EOM_INLINE void FN(eom_load_vectors)(const eom_operand *o, const char *first, VE
         const char *at = first;
         for (int j = 0; j < columns; j++, at += column, to += streams)
             EOM_UNROLLED for (int h = 0; h < blocks; h++) {
-                if (h * sizeof(VECTOR) % 64 == 0) __builtin_prefetch(eom_ahead(at, EOM_AHEAD * sizeof(SCALAR) + h * sizeof(VECTOR)));
+                if (h * sizeof(VECTOR) % EOM_LINE == 0)
+                    __builtin_prefetch((void *)eom_ahead(at, EOM_AHEAD * sizeof(SCALAR) + h * sizeof(VECTOR)));
                 to[h] = ((const LOOSE *)at)[h];
             }
     }
@@ -126,7 +127,8 @@ EOM_INLINE void FN(eom_store_vectors)(const eom_operand *o, char *first, const V
         char *at = first;
         for (int j = 0; j < columns; j++, at += column, from += streams)
             EOM_UNROLLED for (int h = 0; h < blocks; h++) {
-                if (h * sizeof(VECTOR) % 64 == 0) __builtin_prefetch(eom_ahead(at, EOM_AHEAD * sizeof(SCALAR) + h * sizeof(VECTOR)), 1);
+                if (h * sizeof(VECTOR) % EOM_LINE == 0)
+                    __builtin_prefetch((void *)eom_ahead(at, EOM_AHEAD * sizeof(SCALAR) + h * sizeof(VECTOR)), 1);
                 ((LOOSE *)at)[h] = from[h];
             }
     }
@@ -295,7 +297,7 @@ static void FN(eom_run_lanes)(const eom_function *f, const eom_kernels *k, const
             FN(eom_load_strided)(o, o->base, EOM_WIDTH, copies[i] + h, streams);
         int rows = o->dense && o->step == (intptr_t)sizeof(SCALAR) * o->size; /* as many lines as their copy in lanes */
         places[i].pitch = o->pitch ? o->pitch : whole;
-        places[i].next = o->pitch || rows ? (uintptr_t)o->base + (o->pitch ? EOM_AHEAD : whole) * o->step : (uintptr_t)copies[i];
+        places[i].next = o->pitch || rows ? eom_ahead(o->base, (o->pitch ? EOM_AHEAD : whole) * o->step) : (uintptr_t)copies[i];
         advance[i] = o->pitch || rows ? whole * o->step : 0;
     }
     SCALAR *out = (SCALAR *)copies[f->inputs];

@@ -12,8 +12,9 @@
  *
  *   eom_set_T(double a)              a in every lane
  *   eom_fma_T(a, b, c)               a b + c: rounded once where the target has an instruction for it, else twice
+ *   eom_fnma_T(a, b, c)              c - a b: the same
  *   eom_sincos_T(x, y, limit, &s, &c)  sine and cosine of x - y, section 5; of x if y is 0
- *   eom_sincos2_T(x, y, limit, z, w, limit2, &s, &c, &s2, &c2)  those of x - y and z - w: the same, scalars side by side
+ *   eom_sincos2_T(x, y, limit, z, w, limit2, &s, &c, &s2, &c2)  those of x - y and z - w: the same, doubles side by side
  *   eom_pivot_inverse_T(d, ref)      1/d if d > 16 EPS ref + MIN; else NaN and the `invalid` flag
  *   eom_sqrt_T, eom_exp_T, eom_log_T
  *
@@ -206,6 +207,24 @@ EOM_INLINE eom_f32v eom_fma_f32v(eom_f32v a, eom_f32v b, eom_f32v c)
 #endif
 }
 
+/* c - a b, rounded as often. One instruction, where GCC would negate a by one of its own if -a is used twice. */
+EOM_INLINE eom_f64 eom_fnma_f64(eom_f64 a, eom_f64 b, eom_f64 c) { return eom_fma_f64(-a, b, c); }
+EOM_INLINE eom_f32 eom_fnma_f32(eom_f32 a, eom_f32 b, eom_f32 c) { return eom_fma_f32(-a, b, c); }
+EOM_INLINE eom_f80 eom_fnma_f80(eom_f80 a, eom_f80 b, eom_f80 c) { return c - a * b; }
+#if EOM_FUSED && EOM_VECTOR_BYTES == 64 && EOM_HAS(__builtin_ia32_vfnmaddpd512_mask)
+EOM_INLINE eom_f64v eom_fnma_f64v(eom_f64v a, eom_f64v b, eom_f64v c)
+{
+    return __builtin_ia32_vfnmaddpd512_mask(a, b, c, -1, 4);
+}
+EOM_INLINE eom_f32v eom_fnma_f32v(eom_f32v a, eom_f32v b, eom_f32v c)
+{
+    return __builtin_ia32_vfnmaddps512_mask(a, b, c, -1, 4);
+}
+#else
+EOM_INLINE eom_f64v eom_fnma_f64v(eom_f64v a, eom_f64v b, eom_f64v c) { return eom_fma_f64v(-a, b, c); }
+EOM_INLINE eom_f32v eom_fnma_f32v(eom_f32v a, eom_f32v b, eom_f32v c) { return eom_fma_f32v(-a, b, c); }
+#endif
+
 
 /* ---- 5. Sine and cosine ------------------------------------------------------------------------------------------
  *
@@ -268,62 +287,76 @@ EOM_INLINE eom_f32v eom_fma_f32v(eom_f32v a, eom_f32v b, eom_f32v c)
 #define EOM_P1 0x1.921fb54442d18p+0
 #define EOM_P2 0x1.1a626331p-54
 #define EOM_P3 0x1.1701b839a2520p-88
-#define EOM_REDUCE(V, FMA, SET, x, k, hi, tail)                                                                       \
-    V r1 = FMA(k, SET(-EOM_P1), x);            /* exact: a multiple of 2^-53 below 1 */                               \
-    V hi = FMA(k, SET(-EOM_P2), r1);           /* r1 - k P2, rounded */                                               \
-    V tail = FMA(k, SET(EOM_P2), hi - r1);     /* what that rounding lost: exact (Fast2Sum) */                        \
-    tail = FMA(k, SET(EOM_P3), tail)           /* |k P3| < 2^-67 */
-#define EOM_COMPOSE(V, FMA, SET, r, tail, h, y, s, c)                                                                 \
-    s = r - FMA(y * r, s, tail);                                                                                      \
-    c = FMA(FMA(h, r, r * tail), FMA(y, c, SET(1.0)), SET(1.0))
+#define EOM_REDUCE(V, W, FMA, SET, x, k, hi, tail)                                                                    \
+    V r1[W], hi[W], tail[W];                                                                                          \
+    EOM_BESIDE(W) r1[h] = FMA(k[h], SET(-EOM_P1), x[h]);          /* exact: a multiple of 2^-53 below 1 */            \
+    EOM_BESIDE(W) hi[h] = FMA(k[h], SET(-EOM_P2), r1[h]);         /* r1 - k P2, rounded */                            \
+    EOM_BESIDE(W) tail[h] = FMA(k[h], SET(EOM_P2), hi[h] - r1[h]); /* what that rounding lost: exact (Fast2Sum) */    \
+    EOM_BESIDE(W) tail[h] = FMA(k[h], SET(EOM_P3), tail[h])       /* |k P3| < 2^-67 */
+#define EOM_COMPOSE(V, W, FMA, SET, r, tail, half, y, s, c)                                                           \
+    EOM_BESIDE(W) s[h] = r[h] - FMA(y[h] * r[h], s[h], tail[h]);                                                      \
+    EOM_BESIDE(W)                                                                                                     \
+        c[h] = FMA(FMA(half[h], r[h], r[h] * tail[h]), FMA(y[h], c[h], SET(1.0)), SET(1.0))
 #else
 /* pi/2 = P1 + P2 + P3 + P4 with an error of 2^-159.9; 33, 33, 33 and 53 bits, so that k P1, k P2, k P3 are exact. */
 #define EOM_P1 0x1.921fb544p+0
 #define EOM_P2 0x1.0b4611a6p-34
 #define EOM_P3 0x1.3198a2e0p-69
 #define EOM_P4 0x1.b839a252049c1p-104
-#define EOM_REDUCE(V, FMA, SET, x, k, hi, tail)                                                                       \
-    V r1 = x - k * SET(EOM_P1);                /* exact */                                                            \
-    V w2 = k * SET(EOM_P2);                    /* exact */                                                            \
-    V r2 = r1 - w2;                                                                                                   \
-    V t2 = (r2 - r1) + w2;                     /* exact: what r2 lost (Fast2Sum) */                                   \
-    V t3 = k * SET(EOM_P3) + t2;                                                                                      \
-    V hi = r2 - t3;                            /* anew, for where r2 cancels down to the size of k P3 */              \
-    V tail = k * SET(EOM_P4) + ((hi - r2) + t3)
-#define EOM_COMPOSE(V, FMA, SET, r, tail, h, y, s, c)                                                                 \
-    V w = SET(1.0) + y, e = (SET(1.0) - w) + y;                                                                       \
-    s = r - FMA(y * r, s, tail * w);                                                                                  \
-    c = w + FMA(y * y, c, FMA(r, tail, e))
+#define EOM_REDUCE(V, W, FMA, SET, x, k, hi, tail)                                                                    \
+    V hi[W], tail[W];                                                                                                 \
+    EOM_BESIDE(W) {                                                                                                   \
+        V r1 = x[h] - k[h] * SET(EOM_P1);      /* exact */                                                            \
+        V w2 = k[h] * SET(EOM_P2);             /* exact */                                                            \
+        V r2 = r1 - w2;                                                                                               \
+        V t2 = (r2 - r1) + w2;                 /* exact: what r2 lost (Fast2Sum) */                                   \
+        V t3 = k[h] * SET(EOM_P3) + t2;                                                                               \
+        hi[h] = r2 - t3;                       /* anew, for where r2 cancels down to the size of k P3 */              \
+        tail[h] = k[h] * SET(EOM_P4) + ((hi[h] - r2) + t3);                                                           \
+    }
+#define EOM_COMPOSE(V, W, FMA, SET, r, tail, half, y, s, c)                                                           \
+    EOM_BESIDE(W) {                                                                                                   \
+        V w = SET(1.0) + y[h], e = (SET(1.0) - w) + y[h];                                                             \
+        s[h] = r[h] - FMA(y[h] * r[h], s[h], tail[h] * w);                                                            \
+        c[h] = w + FMA(y[h] * y[h], c[h], FMA(r[h], tail[h], e));                                                     \
+    }
 #endif
 
 /* Sine and cosine of the sign-free sums s and c for the quadrant in the low bits of n. */
 #define EOM_QUADRANT(V, I, n, s, c, sine, cosine)                                                                     \
-    I odd = (n) << 63, half = (n) << 62;                                                                              \
-    I flip = (((I)(s) ^ (I)(c)) & (odd >> 63)) ^ (half & EOM_SIGN_BIT_F64);                                           \
-    *(sine) = (V)((I)(s) ^ flip);                                                                                     \
-    *(cosine) = (V)((I)(c) ^ flip ^ odd)
+    I odd = (n) << 63, half_turn = (n) << 62;                                                                         \
+    I flip = (((I)(s) ^ (I)(c)) & (odd >> 63)) ^ (half_turn & EOM_SIGN_BIT_F64);                                      \
+    sine = (V)((I)(s) ^ flip);                                                                                        \
+    cosine = (V)((I)(c) ^ flip ^ odd)
 
 /* eom_sincos_near_T: |x| <= 2^20 in every lane.  eom_sincosf_near_T: the same to the precision of float; there r needs
- * only two parts of pi/2 (error 2^-87.9), and 3 and 4 coefficients suffice (minimax: 2^-28.0, 2^-33.9). */
-#define EOM_DEFINE_SINCOS_NEAR(T, V, I, FMA, SET)                                                                     \
-    EOM_INLINE void eom_sincos_near_##T(V x, V *sine, V *cosine)                                                      \
+ * only two parts of pi/2 (error 2^-87.9), and 3 and 4 coefficients suffice (minimax: 2^-28.0, 2^-33.9).  Both take W
+ * angles and compute them side by side: each waits for its own results, and the coefficients are loaded once. */
+#define EOM_BESIDE(W) _Pragma("GCC unroll 2") for (int h = 0; h < (W); h++)
+#define EOM_DEFINE_SINCOS_NEAR(T, V, I, W, FMA, SET)                                                                  \
+    EOM_INLINE void eom_sincos_near_##T(const V *x, V *sine, V *cosine)                                               \
     {                                                                                                                 \
-        V n = FMA(x, SET(EOM_TWO_OVER_PI), SET(EOM_ROUNDER)), k = n - SET(EOM_ROUNDER);                               \
-        EOM_REDUCE(V, FMA, SET, x, k, r, tail);                                                                       \
-        V h = r * SET(-0.5), y = h * r;                                                                               \
-        V s = FMA(y, SET(-0x1.5d8b55939ed3bp-27), SET(-0x1.ae5e4b83e192cp-21));                                       \
-        s = FMA(y, s, SET(-0x1.71de35552b51ap-15));                                                                   \
-        s = FMA(y, s, SET(-0x1.a01a019be9217p-10));                                                                   \
-        s = FMA(y, s, SET(-0x1.111111110f730p-5));                                                                    \
-        s = FMA(y, s, SET(-0x1.5555555555548p-2)); /* S(0) = -1/3 */                                                  \
-        V c = FMA(y, SET(0x1.8fa6847e44155p-30), SET(0x1.1ee9dbcef2c89p-23));                                         \
-        c = FMA(y, c, SET(0x1.27e4f7f191443p-17));                                                                    \
-        c = FMA(y, c, SET(0x1.a01a019c8f254p-12));                                                                    \
-        c = FMA(y, c, SET(0x1.6c16c16c15015p-7));                                                                     \
-        c = FMA(y, c, SET(0x1.555555555554bp-3)); /* C(0) = 1/6 */                                                    \
-        EOM_COMPOSE(V, FMA, SET, r, tail, h, y, s, c);                                                                \
-        EOM_QUADRANT(V, I, (I)n, s, c, sine, cosine);                                                                 \
-    }                                                                                                                 \
+        V n[W], k[W], half[W], y[W], s[W], c[W];                                                                      \
+        EOM_BESIDE(W) n[h] = FMA(x[h], SET(EOM_TWO_OVER_PI), SET(EOM_ROUNDER));                                       \
+        EOM_BESIDE(W) k[h] = n[h] - SET(EOM_ROUNDER);                                                                 \
+        EOM_REDUCE(V, W, FMA, SET, x, k, r, tail);                                                                    \
+        EOM_BESIDE(W) half[h] = r[h] * SET(-0.5);                                                                     \
+        EOM_BESIDE(W) y[h] = half[h] * r[h];                                                                          \
+        EOM_BESIDE(W) s[h] = FMA(y[h], SET(-0x1.5d8b55939ed3bp-27), SET(-0x1.ae5e4b83e192cp-21));                     \
+        EOM_BESIDE(W) c[h] = FMA(y[h], SET(0x1.8fa6847e44155p-30), SET(0x1.1ee9dbcef2c89p-23));                       \
+        EOM_BESIDE(W) s[h] = FMA(y[h], s[h], SET(-0x1.71de35552b51ap-15));                                            \
+        EOM_BESIDE(W) c[h] = FMA(y[h], c[h], SET(0x1.27e4f7f191443p-17));                                             \
+        EOM_BESIDE(W) s[h] = FMA(y[h], s[h], SET(-0x1.a01a019be9217p-10));                                            \
+        EOM_BESIDE(W) c[h] = FMA(y[h], c[h], SET(0x1.a01a019c8f254p-12));                                             \
+        EOM_BESIDE(W) s[h] = FMA(y[h], s[h], SET(-0x1.111111110f730p-5));                                             \
+        EOM_BESIDE(W) c[h] = FMA(y[h], c[h], SET(0x1.6c16c16c15015p-7));                                              \
+        EOM_BESIDE(W) s[h] = FMA(y[h], s[h], SET(-0x1.5555555555548p-2)); /* S(0) = -1/3 */                           \
+        EOM_BESIDE(W) c[h] = FMA(y[h], c[h], SET(0x1.555555555554bp-3));  /* C(0) = 1/6 */                            \
+        EOM_COMPOSE(V, W, FMA, SET, r, tail, half, y, s, c);                                                          \
+        EOM_BESIDE(W) { EOM_QUADRANT(V, I, (I)n[h], s[h], c[h], sine[h], cosine[h]); }                                \
+    }
+
+#define EOM_DEFINE_SINCOSF_NEAR(T, V, I, FMA, SET)                                                                    \
     EOM_INLINE void eom_sincosf_near_##T(V x, V *sine, V *cosine)                                                     \
     {                                                                                                                 \
         V n = FMA(x, SET(EOM_TWO_OVER_PI), SET(EOM_ROUNDER)), k = n - SET(EOM_ROUNDER);                               \
@@ -335,11 +368,14 @@ EOM_INLINE eom_f32v eom_fma_f32v(eom_f32v a, eom_f32v b, eom_f32v c)
         c = FMA(z, c, SET(0x1.55553c788f1cdp-5));                                                                     \
         c = FMA(z, c, SET(-0x1.ffffffcb82ce4p-2));                                                                    \
         c = FMA(z, c, SET(1.0));                                                                                      \
-        EOM_QUADRANT(V, I, (I)n, s, c, sine, cosine);                                                                 \
+        EOM_QUADRANT(V, I, (I)n, s, c, *sine, *cosine);                                                               \
     }
 
-EOM_DEFINE_SINCOS_NEAR(f64x2, eom_f64x2, eom_i64x2, eom_fma_f64x2, eom_set_f64x2)
-EOM_DEFINE_SINCOS_NEAR(f64v, eom_f64v, eom_i64v, eom_fma_f64v, eom_set_f64v)
+EOM_DEFINE_SINCOS_NEAR(f64x2, eom_f64x2, eom_i64x2, 1, eom_fma_f64x2, eom_set_f64x2)
+EOM_DEFINE_SINCOS_NEAR(f64v, eom_f64v, eom_i64v, 1, eom_fma_f64v, eom_set_f64v)
+EOM_DEFINE_SINCOS_NEAR(two_f64v, eom_f64v, eom_i64v, 2, eom_fma_f64v, eom_set_f64v)
+EOM_DEFINE_SINCOSF_NEAR(f64x2, eom_f64x2, eom_i64x2, eom_fma_f64x2, eom_set_f64x2)
+EOM_DEFINE_SINCOSF_NEAR(f64v, eom_f64v, eom_i64v, eom_fma_f64v, eom_set_f64v)
 
 /* Scalars: lane 0 of a pair; an addition of two lanes costs what one of one lane does, so that a second angle is free. */
 
@@ -354,18 +390,20 @@ EOM_COLD eom_sincos_pair eom_sincos_far_f64(double x, double y)
     return (eom_sincos_pair){sx * cy - cx * sy, cx * cy + sx * sy};
 }
 
-/* eom_sincos_within_T: where d, x - y rounded, is at most 2^20.  Lanes beyond EOM_DIFFERENCE, if there are any, are
- * corrected by what the rounding took. */
+/* eom_sincos_rest_T: corrects sine and cosine of d, x - y rounded, by what the rounding took, in lanes beyond
+ * EOM_DIFFERENCE.  eom_sincos_within_T: those of x - y where d is at most 2^20; beyond: whether to correct them. */
 #define EOM_DEFINE_SINCOS_WITHIN(T, V, I, FMA, SET)                                                                   \
+    EOM_INLINE void eom_sincos_rest_##T(V x, V y, V d, V *sine, V *cosine)                                            \
+    {                                                                                                                 \
+        V s = *sine, c = *cosine, rest = x - d, e = (x - (d + rest)) + (rest - y);                                    \
+        I small = ((I)d & ~EOM_SIGN_BIT_F64) <= (I)SET(EOM_DIFFERENCE);                                               \
+        *sine = (V)(((I)s & small) | ((I)FMA(e, c, s) & ~small));                                                     \
+        *cosine = (V)(((I)c & small) | ((I)FMA(-e, s, c) & ~small));                                                  \
+    }                                                                                                                 \
     EOM_INLINE void eom_sincos_within_##T(V x, V y, V d, int beyond, V *sine, V *cosine)                              \
     {                                                                                                                 \
-        eom_sincos_near_##T(d, sine, cosine);                                                                         \
-        if (EOM_UNLIKELY(beyond)) {                                                                                   \
-            V s = *sine, c = *cosine, rest = x - d, e = (x - (d + rest)) + (rest - y);                                \
-            I small = ((I)d & ~EOM_SIGN_BIT_F64) <= (I)SET(EOM_DIFFERENCE);                                           \
-            *sine = (V)(((I)s & small) | ((I)FMA(e, c, s) & ~small));                                                 \
-            *cosine = (V)(((I)c & small) | ((I)FMA(-e, s, c) & ~small));                                              \
-        }                                                                                                             \
+        eom_sincos_near_##T(&d, sine, cosine);                                                                        \
+        if (EOM_UNLIKELY(beyond)) eom_sincos_rest_##T(x, y, d, sine, cosine);                                         \
     }
 
 EOM_DEFINE_SINCOS_WITHIN(f64x2, eom_f64x2, eom_i64x2, eom_fma_f64x2, eom_set_f64x2)
@@ -487,6 +525,16 @@ EOM_INLINE int eom_any_far_f32v(eom_f32v x, double limit)
     return any < 0;
 #endif
 #endif
+}
+
+/* The same for any lane of two vectors, which may be left to be told apart. */
+EOM_INLINE int eom_any_far_two_f64v(eom_f64v x, double limit, eom_f64v y, double limit2)
+{
+#if EOM_VECTOR_BYTES == 64 && EOM_HAS(__builtin_ia32_rangepd512_mask)
+    if (limit == limit2) /* 11: the larger absolute value, or that which is not NaN, of which sine and cosine are NaN */
+        return eom_any_far_f64v(__builtin_ia32_rangepd512_mask(x, y, 11, x, -1, 4), limit);
+#endif
+    return eom_any_far_f64v(x, limit) | eom_any_far_f64v(y, limit2);
 }
 
 /* A vector of floats as two vectors of doubles and back. */
@@ -623,8 +671,27 @@ EOM_DEFINE_SINCOS_CALL(f32v)
 
 EOM_DEFINE_SINCOS2(f32)
 EOM_DEFINE_SINCOS2(f80)
-EOM_DEFINE_SINCOS2(f64v)
 EOM_DEFINE_SINCOS2(f32v)
+
+EOM_INLINE void eom_sincos2_f64v(eom_f64v x, eom_f64v y, double limit, eom_f64v z, eom_f64v w, double limit2,
+                                 eom_f64v *sine, eom_f64v *cosine, eom_f64v *sine2, eom_f64v *cosine2)
+{
+    eom_f64v d[] = {x - y, z - w}, s[2], c[2];
+    int beyond = eom_any_far_two_f64v(d[0], limit, d[1], limit2);
+    if (EOM_UNLIKELY(beyond && eom_any_far_two_f64v(d[0], EOM_SINCOS_LIMIT, d[1], EOM_SINCOS_LIMIT))) {
+        eom_f64v far[4];
+        eom_sincos_call_f64v(x, y, limit, &far[0], &far[1]);
+        eom_sincos_call_f64v(z, w, limit2, &far[2], &far[3]);
+        s[0] = far[0], c[0] = far[1], s[1] = far[2], c[1] = far[3];
+    } else {
+        eom_sincos_near_two_f64v(d, s, c);
+        if (EOM_UNLIKELY(beyond)) {
+            eom_sincos_rest_f64v(x, y, d[0], &s[0], &c[0]);
+            eom_sincos_rest_f64v(z, w, d[1], &s[1], &c[1]);
+        }
+    }
+    *sine = s[0], *cosine = c[0], *sine2 = s[1], *cosine2 = c[1];
+}
 
 
 /* ---- 6. Pivot ----------------------------------------------------------------------------------------------------
@@ -702,6 +769,7 @@ EOM_DEFINE_FUNCTION(log, log, logf, logl)
 #define eom_loose EOM_NAME(eom_loose)
 #define eom_set EOM_JOIN(eom_set_, EOM_REAL)
 #define eom_fma EOM_JOIN(eom_fma_, EOM_REAL)
+#define eom_fnma EOM_JOIN(eom_fnma_, EOM_REAL)
 #define eom_sincos EOM_JOIN(eom_sincos_, EOM_REAL)
 #define eom_sincos2 EOM_JOIN(eom_sincos2_, EOM_REAL)
 #define eom_sincos_call EOM_JOIN(eom_sincos_call_, EOM_REAL)

@@ -152,6 +152,8 @@ EOM_INLINE void eom_single_sincos_f64v(eom_f32v x, eom_f32v *s, eom_f32v *c)
 
 #define eom_single_fma_f64 eom_fma_f32
 #define eom_single_fma_f64v eom_fma_f32v
+#define eom_single_fnma_f64 eom_fnma_f32
+#define eom_single_fnma_f64v eom_fnma_f32v
 #define eom_single_pivot_inverse_f64 eom_pivot_inverse_f32
 #define eom_single_pivot_inverse_f64v eom_pivot_inverse_f32v
 #define eom_single_sqrt_f64 eom_sqrt_f32

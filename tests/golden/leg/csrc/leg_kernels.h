@@ -46,11 +46,19 @@ typedef real pack[EOM_WIDE];
 #define R(x) ((x) - (real){0}) /* a scalar in every lane; a vector as it is */
 #define K(x) ((scalar)x##L) /* a literal, read in the widest type */
 #define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
+#define FNMA(a, b, c) eom_fnma(R(a), R(b), R(c)) /* c - a b */
 #define ANGLE(x) R(x), R(K(0.0)), EOM_ANGLE
 #define DIFFERENCE(x, y) R(x), R(y), EOM_DIFFERENCE
-#define SINCOS(angle, s, c) eom_sincos(angle, s, c)
-#define SINCOS2(angle, angle2, s, c, s2, c2) eom_sincos2(angle, angle2, s, c, s2, c2)
-#define SINCOS_CALL(angle, s, c) eom_sincos_call(angle, s, c)
+#define SINCOS(angle, s, c) STREAMS_SINCOS(angle, s, c)
+#if EOM_WIDE > 1
+#define STREAMS_SINCOS(x, y, limit, s, c) \
+    pack s##_x, s##_y; EACH s##_x[h] = x; EACH s##_y[h] = y; \
+    eom_sincos2(s##_x[0], s##_y[0], limit, s##_x[1], s##_y[1], limit, &s[0], &c[0], &s[1], &c[1])
+#else
+#define STREAMS_SINCOS(x, y, limit, s, c) EACH eom_sincos(x, y, limit, &s[h], &c[h])
+#endif
+#define SINCOS2(angle, angle2, s, c, s2, c2) EACH eom_sincos2(angle, angle2, &s[h], &c[h], &s2[h], &c2[h])
+#define SINCOS_CALL(angle, s, c) EACH eom_sincos_call(angle, &s[h], &c[h])
 #define PIVOT_INVERSE(pivot, reference) eom_pivot_inverse(R(pivot), R(reference))
 #define SQRT(x) eom_sqrt(R(x))
 #define EXP(x) eom_exp(R(x))
@@ -97,7 +105,7 @@ EOM_LINKAGE void EOM_NAME(forward_dynamics)(const scalar *const *in, const eom_p
     pack t1; EACH t1[h] = FMA(EOM_AT(q, 2)[h], t0[h], c[2] * (EOM_AT(q, 2)[h] * EOM_AT(q, 2)[h]));
     EOM_FETCH(q, 0);
     EOM_FETCH(q, 1);
-    pack s2, c2, s3, c3; EACH SINCOS2(ANGLE(EOM_AT(q, 0)[h]), ANGLE(EOM_AT(q, 1)[h]), &s2[h], &c2[h], &s3[h], &c3[h]);
+    pack s2, c2, s3, c3; SINCOS2(ANGLE(EOM_AT(q, 0)[h]), ANGLE(EOM_AT(q, 1)[h]), s2, c2, s3, c3);
     pack t4; EACH t4[h] = FMA(c2[h], c3[h], s2[h] * s3[h]);
     EOM_FETCH(w, 0);
     pack t5; EACH t5[h] = EOM_AT(w, 0)[h] * c[0];
@@ -111,9 +119,9 @@ EOM_LINKAGE void EOM_NAME(forward_dynamics)(const scalar *const *in, const eom_p
     pack t13; EACH t13[h] = t12[h] * t5[h];
     pack t14; EACH t14[h] = t13[h] * t10[h];
     pack t15; EACH t15[h] = t7[h] * t14[h];
-    pack t16; EACH t16[h] = PIVOT_INVERSE(FMA(-t13[h], t14[h], c[6]), c[6]);
+    pack t16; EACH t16[h] = PIVOT_INVERSE(FNMA(t13[h], t14[h], c[6]), c[6]);
     pack t17; EACH t17[h] = t15[h] * t16[h];
-    pack t18; EACH t18[h] = PIVOT_INVERSE(FMA(-t15[h], t17[h], FMA(-t7[h], t11[h], t1[h])), t1[h]);
+    pack t18; EACH t18[h] = PIVOT_INVERSE(FNMA(t15[h], t17[h], FNMA(t7[h], t11[h], t1[h])), t1[h]);
     EOM_FETCH(v, 1);
     pack t19; EACH t19[h] = EOM_AT(v, 1)[h] * EOM_AT(v, 1)[h];
     pack t20; EACH t20[h] = t12[h] * t6[h];
@@ -126,16 +134,16 @@ EOM_LINKAGE void EOM_NAME(forward_dynamics)(const scalar *const *in, const eom_p
     pack t24; EACH t24[h] = K(2.0) * (EOM_AT(v, 1)[h] * EOM_AT(w, 1)[h]);
     pack t25; EACH t25[h] = EOM_AT(q, 2)[h] * c[0];
     EOM_FETCH(w, 2);
-    pack t26; EACH t26[h] = FMA(p[11], (c2[h] * FMA(EOM_AT(q, 2)[h], c[3], t22[h])), FMA(-EOM_AT(w, 2)[h], (t12[h] * t25[h]), FMA(t19[h], t20[h], FMA(t24[h], (t4[h] * t25[h]), t21[h] * t23[h]))));
+    pack t26; EACH t26[h] = FMA(p[11], (c2[h] * FMA(EOM_AT(q, 2)[h], c[3], t22[h])), FNMA(EOM_AT(w, 2)[h], (t12[h] * t25[h]), FMA(t19[h], t20[h], FMA(t24[h], (t4[h] * t25[h]), t21[h] * t23[h]))));
     pack t27; EACH t27[h] = t4[h] * t5[h];
     pack t28; EACH t28[h] = EOM_AT(v, 0)[h] * EOM_AT(v, 0)[h];
     EOM_FETCH(u, 1);
-    pack t29; EACH t29[h] = EOM_AT(u, 1)[h] - FMA(p[11], (c3[h] * t5[h]), FMA(-t28[h], t20[h], FMA(t21[h], t27[h], t24[h] * t8[h])));
+    pack t29; EACH t29[h] = EOM_AT(u, 1)[h] - FMA(p[11], (c3[h] * t5[h]), FNMA(t28[h], t20[h], FMA(t21[h], t27[h], t24[h] * t8[h])));
     pack t30; EACH t30[h] = FMA(p[6], EOM_AT(v, 2)[h], FMA(p[11], (s2[h] * c[5]), FMA(EOM_AT(w, 2)[h], (t4[h] * c[0]), FMA(t24[h], (t12[h] * c[0]), -FMA(t19[h], t27[h], t28[h] * t23[h])))));
     EOM_FETCH(u, 2);
-    pack t31; EACH t31[h] = FMA(-t29[h], t14[h], EOM_AT(u, 2)[h] - t30[h]);
+    pack t31; EACH t31[h] = FNMA(t29[h], t14[h], EOM_AT(u, 2)[h] - t30[h]);
     EOM_FETCH(u, 0);
-    pack t32; EACH t32[h] = t18[h] * FMA(t17[h], t31[h], FMA(-t29[h], t11[h], EOM_AT(u, 0)[h] - EOM_AT(u, 1)[h] - t26[h]));
+    pack t32; EACH t32[h] = t18[h] * FMA(t17[h], t31[h], FNMA(t29[h], t11[h], EOM_AT(u, 0)[h] - EOM_AT(u, 1)[h] - t26[h]));
     EOM_FETCH(out, 0);
     EACH EOM_AT(out, 0)[h] = t32[h];
     pack t33; EACH t33[h] = FMA(t17[h], t32[h], t16[h] * t31[h]);
@@ -184,9 +192,9 @@ EOM_LINKAGE void EOM_NAME(inverse_dynamics)(const scalar *const *in, const eom_p
     EOM_FETCH(v, 1);
     pack t0; EACH t0[h] = EOM_AT(v, 1)[h] * EOM_AT(v, 1)[h];
     EOM_FETCH(q, 1);
-    pack s1, c1; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 1)[h]), &s1[h], &c1[h]);
+    pack s1, c1; SINCOS_CALL(ANGLE(EOM_AT(q, 1)[h]), s1, c1);
     EOM_FETCH(q, 0);
-    pack s2, c2; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &s2[h], &c2[h]);
+    pack s2, c2; SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), s2, c2);
     pack t3; EACH t3[h] = FMA(c1[h], s2[h], -(c2[h] * s1[h]));
     EOM_FETCH(w, 0);
     pack t4; EACH t4[h] = EOM_AT(w, 0)[h] * c[0];
@@ -204,7 +212,7 @@ EOM_LINKAGE void EOM_NAME(inverse_dynamics)(const scalar *const *in, const eom_p
     pack t12; EACH t12[h] = FMA(c2[h], c1[h], s2[h] * s1[h]);
     pack t13; EACH t13[h] = EOM_AT(q, 2)[h] * c[0];
     EOM_FETCH(w, 2);
-    pack t14; EACH t14[h] = FMA(p[11], (c2[h] * FMA(EOM_AT(q, 2)[h], c[3], t9[h])), FMA(-EOM_AT(w, 2)[h], (t3[h] * t13[h]), FMA(t0[h], t6[h], FMA(t11[h], (t12[h] * t13[h]), t7[h] * t10[h]))));
+    pack t14; EACH t14[h] = FMA(p[11], (c2[h] * FMA(EOM_AT(q, 2)[h], c[3], t9[h])), FNMA(EOM_AT(w, 2)[h], (t3[h] * t13[h]), FMA(t0[h], t6[h], FMA(t11[h], (t12[h] * t13[h]), t7[h] * t10[h]))));
     pack t15; EACH t15[h] = t12[h] * t5[h];
     EOM_FETCH(a, 1);
     EOM_FETCH(a, 0);
@@ -214,7 +222,7 @@ EOM_LINKAGE void EOM_NAME(inverse_dynamics)(const scalar *const *in, const eom_p
     pack t19; EACH t19[h] = EOM_AT(v, 0)[h] * EOM_AT(v, 0)[h];
     pack t20; EACH t20[h] = t3[h] * t4[h];
     EOM_FETCH(a, 2);
-    pack t21; EACH t21[h] = FMA(p[11], (c1[h] * t4[h]), FMA(-t19[h], t6[h], FMA(t7[h], t17[h], t11[h] * t18[h]))) + FMA(EOM_AT(a, 2)[h], t20[h], FMA(EOM_AT(a, 0)[h], t15[h], EOM_AT(a, 1)[h] * (EOM_AT(w, 0)[h] * t18[h])));
+    pack t21; EACH t21[h] = FMA(p[11], (c1[h] * t4[h]), FNMA(t19[h], t6[h], FMA(t7[h], t17[h], t11[h] * t18[h]))) + FMA(EOM_AT(a, 2)[h], t20[h], FMA(EOM_AT(a, 0)[h], t15[h], EOM_AT(a, 1)[h] * (EOM_AT(w, 0)[h] * t18[h])));
     EOM_FETCH(out, 1);
     EACH EOM_AT(out, 1)[h] = t21[h];
     EOM_FETCH(out, 0);
@@ -256,9 +264,9 @@ EOM_LINKAGE void EOM_NAME(mass_matrix)(const scalar *const *in, const eom_place 
     EOM_FETCH(q, 2);
     EACH EOM_AT(out, 0)[h] = FMA(EOM_AT(q, 2)[h], (EOM_AT(q, 2)[h] * c[3]), c[2] * (EOM_AT(q, 2)[h] * EOM_AT(q, 2)[h]));
     EOM_FETCH(q, 0);
-    pack s0, c0; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &s0[h], &c0[h]);
+    pack s0, c0; SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), s0, c0);
     EOM_FETCH(q, 1);
-    pack s1, c1; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 1)[h]), &s1[h], &c1[h]);
+    pack s1, c1; SINCOS_CALL(ANGLE(EOM_AT(q, 1)[h]), s1, c1);
     EOM_FETCH(w, 0);
     pack t2; EACH t2[h] = EOM_AT(w, 0)[h] * c[0];
     pack t3; EACH t3[h] = FMA(c0[h], c1[h], s0[h] * s1[h]) * (EOM_AT(q, 2)[h] * t2[h]);
@@ -317,9 +325,9 @@ EOM_LINKAGE void EOM_NAME(bias)(const scalar *const *in, const eom_place *places
     EOM_FETCH(v, 1);
     pack t0; EACH t0[h] = EOM_AT(v, 1)[h] * EOM_AT(v, 1)[h];
     EOM_FETCH(q, 1);
-    pack s1, c1; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 1)[h]), &s1[h], &c1[h]);
+    pack s1, c1; SINCOS_CALL(ANGLE(EOM_AT(q, 1)[h]), s1, c1);
     EOM_FETCH(q, 0);
-    pack s2, c2; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &s2[h], &c2[h]);
+    pack s2, c2; SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), s2, c2);
     pack t3; EACH t3[h] = FMA(c1[h], s2[h], -(c2[h] * s1[h]));
     EOM_FETCH(w, 0);
     pack t4; EACH t4[h] = EOM_AT(w, 0)[h] * c[0];
@@ -335,13 +343,13 @@ EOM_LINKAGE void EOM_NAME(bias)(const scalar *const *in, const eom_place *places
     pack t10; EACH t10[h] = FMA(c2[h], c1[h], s2[h] * s1[h]);
     pack t11; EACH t11[h] = EOM_AT(q, 2)[h] * c[0];
     EOM_FETCH(w, 2);
-    pack t12; EACH t12[h] = FMA(p[11], (c2[h] * FMA(EOM_AT(q, 2)[h], c[3], t7[h])), FMA(-EOM_AT(w, 2)[h], (t3[h] * t11[h]), FMA(t0[h], t5[h], FMA(t9[h], (t10[h] * t11[h]), t6[h] * t8[h]))));
+    pack t12; EACH t12[h] = FMA(p[11], (c2[h] * FMA(EOM_AT(q, 2)[h], c[3], t7[h])), FNMA(EOM_AT(w, 2)[h], (t3[h] * t11[h]), FMA(t0[h], t5[h], FMA(t9[h], (t10[h] * t11[h]), t6[h] * t8[h]))));
     EOM_FETCH(out, 0);
     EACH EOM_AT(out, 0)[h] = t12[h];
     pack t13; EACH t13[h] = t10[h] * t4[h];
     pack t14; EACH t14[h] = EOM_AT(v, 0)[h] * EOM_AT(v, 0)[h];
     EOM_FETCH(out, 1);
-    EACH EOM_AT(out, 1)[h] = FMA(p[11], (c1[h] * t4[h]), FMA(-t14[h], t5[h], FMA(t6[h], t13[h], t9[h] * (EOM_AT(w, 0)[h] * c[1]))));
+    EACH EOM_AT(out, 1)[h] = FMA(p[11], (c1[h] * t4[h]), FNMA(t14[h], t5[h], FMA(t6[h], t13[h], t9[h] * (EOM_AT(w, 0)[h] * c[1]))));
     pack t15; EACH t15[h] = FMA(p[6], EOM_AT(v, 2)[h], FMA(p[11], (s2[h] * c[5]), FMA(EOM_AT(w, 2)[h], (t10[h] * c[0]), FMA(t9[h], (t3[h] * c[0]), -FMA(t0[h], t13[h], t14[h] * t8[h])))));
     EOM_FETCH(out, 2);
     EACH EOM_AT(out, 2)[h] = t15[h];
@@ -381,9 +389,9 @@ EOM_LINKAGE void EOM_NAME(energy)(const scalar *const *in, const eom_place *plac
     const scalar *const w = in[2]; EOM_PLACE(w, 2);
     EOM_PLACE(out, 3);
     EOM_FETCH(q, 0);
-    pack s0, c0; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &s0[h], &c0[h]);
+    pack s0, c0; SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), s0, c0);
     EOM_FETCH(q, 1);
-    pack s1, c1; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 1)[h]), &s1[h], &c1[h]);
+    pack s1, c1; SINCOS_CALL(ANGLE(EOM_AT(q, 1)[h]), s1, c1);
     pack t2; EACH t2[h] = FMA(c0[h], c1[h], s0[h] * s1[h]);
     EOM_FETCH(w, 0);
     pack t3; EACH t3[h] = EOM_AT(w, 0)[h] * c[0];
@@ -393,7 +401,7 @@ EOM_LINKAGE void EOM_NAME(energy)(const scalar *const *in, const eom_place *plac
     EOM_FETCH(w, 1);
     EOM_FETCH(v, 1);
     EOM_FETCH(v, 0);
-    pack t6; EACH t6[h] = FMA(-K(2.0), (EOM_AT(w, 1)[h] * (t5[h] * (EOM_AT(q, 2)[h] * c[0]))), FMA(EOM_AT(v, 1)[h], t4[h], EOM_AT(v, 0)[h] * FMA(EOM_AT(q, 2)[h], (EOM_AT(q, 2)[h] * c[4]), c[2] * (EOM_AT(q, 2)[h] * EOM_AT(q, 2)[h]))));
+    pack t6; EACH t6[h] = FNMA(K(2.0), (EOM_AT(w, 1)[h] * (t5[h] * (EOM_AT(q, 2)[h] * c[0]))), FMA(EOM_AT(v, 1)[h], t4[h], EOM_AT(v, 0)[h] * FMA(EOM_AT(q, 2)[h], (EOM_AT(q, 2)[h] * c[4]), c[2] * (EOM_AT(q, 2)[h] * EOM_AT(q, 2)[h]))));
     pack t7; EACH t7[h] = t2[h] * c[0];
     EOM_FETCH(v, 2);
     pack t8; EACH t8[h] = EOM_AT(v, 1)[h] * FMA(K(2.0), (EOM_AT(v, 2)[h] * (t5[h] * t3[h])), FMA(EOM_AT(v, 0)[h], t4[h], EOM_AT(v, 1)[h] * (EOM_AT(w, 0)[h] * (EOM_AT(w, 0)[h] * c[1]))));
@@ -430,9 +438,9 @@ EOM_LINKAGE void EOM_NAME(prescribed_forces)(const scalar *const *in, const eom_
     const scalar *const w = in[3]; EOM_PLACE(w, 3);
     EOM_PLACE(out, 4);
     EOM_FETCH(q, 0);
-    pack s0, c0; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &s0[h], &c0[h]);
+    pack s0, c0; SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), s0, c0);
     EOM_FETCH(q, 1);
-    pack s1, c1; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 1)[h]), &s1[h], &c1[h]);
+    pack s1, c1; SINCOS_CALL(ANGLE(EOM_AT(q, 1)[h]), s1, c1);
     pack t2; EACH t2[h] = FMA(c0[h], c1[h], s0[h] * s1[h]);
     pack t3; EACH t3[h] = FMA(c1[h], s0[h], -(c0[h] * s1[h]));
     EOM_FETCH(q, 2);
@@ -461,7 +469,7 @@ EOM_LINKAGE void EOM_NAME(joints)(const scalar *const *in, const eom_place *plac
     const scalar *const w = in[1]; EOM_PLACE(w, 1);
     EOM_PLACE(out, 2);
     EOM_FETCH(q, 0);
-    pack s0, c0; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &s0[h], &c0[h]);
+    pack s0, c0; SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), s0, c0);
     EOM_FETCH(q, 2);
     pack t1; EACH t1[h] = EOM_AT(q, 2)[h] * c0[h];
     EOM_FETCH(out, 0);
@@ -470,7 +478,7 @@ EOM_LINKAGE void EOM_NAME(joints)(const scalar *const *in, const eom_place *plac
     EOM_FETCH(out, 1);
     EACH EOM_AT(out, 1)[h] = t2[h];
     EOM_FETCH(q, 1);
-    pack s3, c3; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 1)[h]), &s3[h], &c3[h]);
+    pack s3, c3; SINCOS_CALL(ANGLE(EOM_AT(q, 1)[h]), s3, c3);
     EOM_FETCH(out, 2);
     EOM_FETCH(w, 0);
     EACH EOM_AT(out, 2)[h] = FMA(EOM_AT(w, 0)[h], c3[h], t1[h]);

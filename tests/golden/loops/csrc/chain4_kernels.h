@@ -68,11 +68,19 @@ typedef real pack[EOM_WIDE];
 #define R(x) ((x) - (real){0}) /* a scalar in every lane; a vector as it is */
 #define K(x) ((scalar)x##L) /* a literal, read in the widest type */
 #define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
+#define FNMA(a, b, c) eom_fnma(R(a), R(b), R(c)) /* c - a b */
 #define ANGLE(x) R(x), R(K(0.0)), EOM_ANGLE
 #define DIFFERENCE(x, y) R(x), R(y), EOM_DIFFERENCE
-#define SINCOS(angle, s, c) eom_sincos(angle, s, c)
-#define SINCOS2(angle, angle2, s, c, s2, c2) eom_sincos2(angle, angle2, s, c, s2, c2)
-#define SINCOS_CALL(angle, s, c) eom_sincos_call(angle, s, c)
+#define SINCOS(angle, s, c) STREAMS_SINCOS(angle, s, c)
+#if EOM_WIDE > 1
+#define STREAMS_SINCOS(x, y, limit, s, c) \
+    pack s##_x, s##_y; EACH s##_x[h] = x; EACH s##_y[h] = y; \
+    eom_sincos2(s##_x[0], s##_y[0], limit, s##_x[1], s##_y[1], limit, &s[0], &c[0], &s[1], &c[1])
+#else
+#define STREAMS_SINCOS(x, y, limit, s, c) EACH eom_sincos(x, y, limit, &s[h], &c[h])
+#endif
+#define SINCOS2(angle, angle2, s, c, s2, c2) EACH eom_sincos2(angle, angle2, &s[h], &c[h], &s2[h], &c2[h])
+#define SINCOS_CALL(angle, s, c) EACH eom_sincos_call(angle, &s[h], &c[h])
 #define PIVOT_INVERSE(pivot, reference) eom_pivot_inverse(R(pivot), R(reference))
 #define SQRT(x) eom_sqrt(R(x))
 #define EXP(x) eom_exp(R(x))
@@ -191,7 +199,7 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_1)(const scalar 
     pack t0; EACH t0[h] = EOM_AT(u, 7)[h] * c[0];
     EOM_FETCH(q, 3);
     EOM_FETCH(q, 2);
-    pack s1, c1; EACH SINCOS(DIFFERENCE(EOM_AT(q, 3)[h], EOM_AT(q, 2)[h]), &s1[h], &c1[h]);
+    pack s1, c1; SINCOS(DIFFERENCE(EOM_AT(q, 3)[h], EOM_AT(q, 2)[h]), s1, c1);
     EACH kept9[0][h] = c1[h];
     EOM_FETCH(q, 7);
     pack t2; EACH t2[h] = EOM_AT(q, 7)[h] * EOM_AT(q, 7)[h];
@@ -227,7 +235,7 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_2)(const scalar 
     for (int k = 0; k < 2; k++) {
         EOM_FETCH(q, 2 - k);
         EOM_FETCH(q, 1 - k);
-        pack s0, c0; EACH SINCOS(DIFFERENCE(EOM_AT(q, 2 - k)[h], EOM_AT(q, 1 - k)[h]), &s0[h], &c0[h]);
+        pack s0, c0; SINCOS(DIFFERENCE(EOM_AT(q, 2 - k)[h], EOM_AT(q, 1 - k)[h]), s0, c0);
         EACH kept5[1 - k][h] = c0[h];
         EOM_FETCH(u, 6 - k);
         pack t1; EACH t1[h] = EOM_AT(u, 6 - k)[h] - force_u_up_in[h];
@@ -271,10 +279,10 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_3)(const scalar 
     pack force_n_up_in; EACH force_n_up_in[h] = force_n_up[0][h];
     pack torque_up_in; EACH torque_up_in[h] = torque_up[0][h];
     EOM_FETCH(q, 0);
-    pack s0, c0; EACH SINCOS(ANGLE(EOM_AT(q, 0)[h]), &s0[h], &c0[h]);
+    pack s0, c0; SINCOS(ANGLE(EOM_AT(q, 0)[h]), s0, c0);
     pack t1; EACH t1[h] = p[24] * s0[h];
     EOM_FETCH(u, 4);
-    pack t2; EACH t2[h] = FMA(-c[4], t1[h], c[3] * (EOM_AT(u, 4)[h] - force_u_up_in[h]));
+    pack t2; EACH t2[h] = FNMA(c[4], t1[h], c[3] * (EOM_AT(u, 4)[h] - force_u_up_in[h]));
     EACH acceleration_u_down1[0][h] = t1[h] + t2[h];
     pack t3; EACH t3[h] = p[24] * c0[h];
     EOM_FETCH(q, 4);
@@ -282,12 +290,12 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_3)(const scalar 
     pack t5; EACH t5[h] = PIVOT_INVERSE(t4[h], t4[h]);
     pack t6; EACH t6[h] = EOM_AT(q, 4)[h] * t5[h];
     EOM_FETCH(u, 0);
-    pack t7; EACH t7[h] = FMA(-c[4], t3[h], c[3] * FMA(t6[h], (EOM_AT(u, 0)[h] - torque_up_in[h]), -force_n_up_in[h]));
+    pack t7; EACH t7[h] = FNMA(c[4], t3[h], c[3] * FMA(t6[h], (EOM_AT(u, 0)[h] - torque_up_in[h]), -force_n_up_in[h]));
     EACH acceleration_n_down1[0][h] = t3[h] + t7[h];
     EOM_FETCH(out, 0);
     EOM_FETCH(v, 0);
     EOM_FETCH(v, 4);
-    EACH EOM_AT(out, 0)[h] = t6[h] * FMA(-K(2.0), (EOM_AT(v, 0)[h] * EOM_AT(v, 4)[h]), t7[h]);
+    EACH EOM_AT(out, 0)[h] = t6[h] * FNMA(K(2.0), (EOM_AT(v, 0)[h] * EOM_AT(v, 4)[h]), t7[h]);
     EOM_FETCH(out, 4);
     EACH EOM_AT(out, 4)[h] = FMA(EOM_AT(q, 4)[h] * t6[h], (EOM_AT(q, 4)[h] * (EOM_AT(v, 0)[h] * EOM_AT(v, 0)[h])), t2[h]);
 }
@@ -311,13 +319,13 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_4)(const scalar 
     pack acceleration_n_down1_in; EACH acceleration_n_down1_in[h] = acceleration_n_down1[0][h];
     for (int k = 0; k < 2; k++) {
         pack t0; EACH t0[h] = FMA(kept5[k][h], acceleration_u_down1_in[h], kept6[k][h] * acceleration_n_down1_in[h]);
-        pack t1; EACH t1[h] = FMA(-kept1[k], t0[h], kept0[k] * kept3[k][h]);
+        pack t1; EACH t1[h] = FNMA(kept1[k], t0[h], kept0[k] * kept3[k][h]);
         pack t2; EACH t2[h] = FMA(kept5[k][h], acceleration_n_down1_in[h], -(kept6[k][h] * acceleration_u_down1_in[h]));
-        pack t3; EACH t3[h] = FMA(-kept1[k], t2[h], kept0[k] * kept4[k][h]);
+        pack t3; EACH t3[h] = FNMA(kept1[k], t2[h], kept0[k] * kept4[k][h]);
         EOM_FETCH(out, 1 + k);
         EOM_FETCH(v, 1 + k);
         EOM_FETCH(v, 5 + k);
-        EACH EOM_AT(out, 1 + k)[h] = kept2[k][h] * FMA(-K(2.0), (EOM_AT(v, 1 + k)[h] * EOM_AT(v, 5 + k)[h]), t3[h]);
+        EACH EOM_AT(out, 1 + k)[h] = kept2[k][h] * FNMA(K(2.0), (EOM_AT(v, 1 + k)[h] * EOM_AT(v, 5 + k)[h]), t3[h]);
         EOM_FETCH(out, 5 + k);
         EOM_FETCH(q, 5 + k);
         EACH EOM_AT(out, 5 + k)[h] = FMA(EOM_AT(q, 5 + k)[h] * kept2[k][h], (EOM_AT(q, 5 + k)[h] * (EOM_AT(v, 1 + k)[h] * EOM_AT(v, 1 + k)[h])), t1[h]);
@@ -347,13 +355,13 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_5)(const scalar 
     pack acceleration_n_down1_in; EACH acceleration_n_down1_in[h] = acceleration_n_down1[0][h];
     EOM_FETCH(v, 3);
     EOM_FETCH(v, 7);
-    pack t0; EACH t0[h] = kept7[0][h] * FMA(-K(2.0), (EOM_AT(v, 3)[h] * EOM_AT(v, 7)[h]), FMA(-c[6], FMA(kept9[0][h], acceleration_n_down1_in[h], -(kept10[0][h] * acceleration_u_down1_in[h])), c[5] * kept8[0][h]));
+    pack t0; EACH t0[h] = kept7[0][h] * FNMA(K(2.0), (EOM_AT(v, 3)[h] * EOM_AT(v, 7)[h]), FNMA(c[6], FMA(kept9[0][h], acceleration_n_down1_in[h], -(kept10[0][h] * acceleration_u_down1_in[h])), c[5] * kept8[0][h]));
     EOM_FETCH(out, 3);
     EACH EOM_AT(out, 3)[h] = t0[h];
     EOM_FETCH(out, 7);
     EOM_FETCH(q, 7);
     EOM_FETCH(u, 7);
-    EACH EOM_AT(out, 7)[h] = FMA(EOM_AT(q, 7)[h] * kept7[0][h], (EOM_AT(q, 7)[h] * (EOM_AT(v, 3)[h] * EOM_AT(v, 3)[h])), FMA(-c[6], FMA(kept9[0][h], acceleration_u_down1_in[h], kept10[0][h] * acceleration_n_down1_in[h]), EOM_AT(u, 7)[h] * c[5]));
+    EACH EOM_AT(out, 7)[h] = FMA(EOM_AT(q, 7)[h] * kept7[0][h], (EOM_AT(q, 7)[h] * (EOM_AT(v, 3)[h] * EOM_AT(v, 3)[h])), FNMA(c[6], FMA(kept9[0][h], acceleration_u_down1_in[h], kept10[0][h] * acceleration_n_down1_in[h]), EOM_AT(u, 7)[h] * c[5]));
 }
 
 EOM_LINKAGE void EOM_NAME(forward_dynamics)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
@@ -450,7 +458,7 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_2)(const scalar *cons
     EOM_FETCH(q, 7);
     EACH EOM_AT(out, 27)[h] = EOM_AT(q, 7)[h] * (EOM_AT(q, 7)[h] * c[1]);
     EOM_FETCH(q, 3);
-    pack s0, c0; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 3)[h]), &s0[h], &c0[h]);
+    pack s0, c0; SINCOS_CALL(ANGLE(EOM_AT(q, 3)[h]), s0, c0);
     EACH end_y[7][h] = s0[h];
     EACH end_x[3][h] = -(EOM_AT(q, 7)[h] * s0[h]);
     EACH end_x[7][h] = c0[h];
@@ -480,7 +488,7 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_3)(const scalar *cons
         EOM_FETCH(out, 18 - 9 * k);
         EACH EOM_AT(out, 18 - 9 * k)[h] = FMA(EOM_AT(q, 6 - k)[h], (EOM_AT(q, 6 - k)[h] * c[4 + k]), EOM_AT(q, 6 - k)[h] * t0[h]);
         EOM_FETCH(q, 2 - k);
-        pack s1, c1; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 2 - k)[h]), &s1[h], &c1[h]);
+        pack s1, c1; SINCOS_CALL(ANGLE(EOM_AT(q, 2 - k)[h]), s1, c1);
         EACH end_y[6 - k][h] = s1[h];
         EACH end_x[2 - k][h] = -(EOM_AT(q, 6 - k)[h] * s1[h]);
         EACH end_x[6 - k][h] = c1[h];
@@ -510,7 +518,7 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_4)(const scalar *cons
     EOM_FETCH(out, 0);
     EACH EOM_AT(out, 0)[h] = FMA(EOM_AT(q, 4)[h], (EOM_AT(q, 4)[h] * c[11]), EOM_AT(q, 4)[h] * t0[h]);
     EOM_FETCH(q, 0);
-    pack s1, c1; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &s1[h], &c1[h]);
+    pack s1, c1; SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), s1, c1);
     EACH end_y[4][h] = s1[h];
     EACH end_x[0][h] = -(EOM_AT(q, 4)[h] * s1[h]);
     EACH end_x[4][h] = c1[h];
@@ -624,7 +632,7 @@ static __attribute__((noinline)) void EOM_NAME(energy_2)(const scalar *const *in
     pack *const velocity_x_down = work + 9;
     pack *const velocity_y_down = work + 10;
     EOM_FETCH(q, 0);
-    pack s0, c0; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &s0[h], &c0[h]);
+    pack s0, c0; SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), s0, c0);
     EOM_FETCH(q, 4);
     EACH height_down[0][h] = EOM_AT(q, 4)[h] * s0[h];
     EOM_FETCH(v, 0);
@@ -651,7 +659,7 @@ static __attribute__((noinline)) void EOM_NAME(energy_3)(const scalar *const *in
     pack velocity_y_down_in; EACH velocity_y_down_in[h] = velocity_y_down[0][h];
     for (int k = 0; k < 2; k++) {
         EOM_FETCH(q, 1 + k);
-        pack s0, c0; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 1 + k)[h]), &s0[h], &c0[h]);
+        pack s0, c0; SINCOS_CALL(ANGLE(EOM_AT(q, 1 + k)[h]), s0, c0);
         EOM_FETCH(v, 1 + k);
         EOM_FETCH(q, 5 + k);
         pack t1; EACH t1[h] = EOM_AT(v, 1 + k)[h] * EOM_AT(q, 5 + k)[h];
@@ -659,7 +667,7 @@ static __attribute__((noinline)) void EOM_NAME(energy_3)(const scalar *const *in
         pack t2; EACH t2[h] = FMA(EOM_AT(v, 5 + k)[h], (EOM_AT(v, 5 + k)[h] * c[4 + k]), FMA(EOM_AT(v, 1 + k)[h], (EOM_AT(v, 1 + k)[h] * (EOM_AT(q, 5 + k)[h] * (EOM_AT(q, 5 + k)[h] * c[4 + k]))), c[6 + k] * FMA(velocity_x_down_in[h], velocity_x_down_in[h], velocity_y_down_in[h] * velocity_y_down_in[h])));
         pack t3; EACH t3[h] = EOM_AT(q, 5 + k)[h] * c[2 + k];
         pack height_down_out; EACH height_down_out[h] = FMA(EOM_AT(q, 5 + k)[h], s0[h], height_down_in[h]);
-        pack velocity_x_down_out; EACH velocity_x_down_out[h] = FMA(-s0[h], t1[h], FMA(EOM_AT(v, 5 + k)[h], c0[h], velocity_x_down_in[h]));
+        pack velocity_x_down_out; EACH velocity_x_down_out[h] = FNMA(s0[h], t1[h], FMA(EOM_AT(v, 5 + k)[h], c0[h], velocity_x_down_in[h]));
         pack velocity_y_down_out; EACH velocity_y_down_out[h] = FMA(c0[h], t1[h], FMA(EOM_AT(v, 5 + k)[h], s0[h], velocity_y_down_in[h]));
         EACH sum[0][h] += FMA(FMA(velocity_x_down_in[h], c0[h], velocity_y_down_in[h] * s0[h]), (EOM_AT(v, 5 + k)[h] * c[2 + k]), FMA(FMA(velocity_y_down_in[h], c0[h], -(velocity_x_down_in[h] * s0[h])), (EOM_AT(v, 1 + k)[h] * t3[h]), K(0.5) * t2[h]));
         EACH sum[1][h] += p[24] * FMA(s0[h], t3[h], height_down_in[h] * c[6 + k]);
@@ -689,7 +697,7 @@ static __attribute__((noinline)) void EOM_NAME(energy_4)(const scalar *const *in
     EOM_FETCH(q, 7);
     pack t0; EACH t0[h] = FMA(EOM_AT(v, 7)[h], (EOM_AT(v, 7)[h] * c[9]), FMA(EOM_AT(v, 3)[h], (EOM_AT(v, 3)[h] * (EOM_AT(q, 7)[h] * (EOM_AT(q, 7)[h] * c[9]))), c[10] * FMA(velocity_x_down_in[h], velocity_x_down_in[h], velocity_y_down_in[h] * velocity_y_down_in[h])));
     EOM_FETCH(q, 3);
-    pack s1, c1; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 3)[h]), &s1[h], &c1[h]);
+    pack s1, c1; SINCOS_CALL(ANGLE(EOM_AT(q, 3)[h]), s1, c1);
     pack t2; EACH t2[h] = EOM_AT(q, 7)[h] * c[8];
     EACH sum[0][h] += FMA(FMA(velocity_x_down_in[h], c1[h], velocity_y_down_in[h] * s1[h]), (EOM_AT(v, 7)[h] * c[8]), FMA(FMA(velocity_y_down_in[h], c1[h], -(velocity_x_down_in[h] * s1[h])), (EOM_AT(v, 3)[h] * t2[h]), K(0.5) * t0[h]));
     EACH sum[1][h] += p[24] * FMA(s1[h], t2[h], height_down_in[h] * c[10]);

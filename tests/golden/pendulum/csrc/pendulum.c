@@ -32,9 +32,11 @@
 #undef R
 #undef K
 #undef FMA
+#undef FNMA
 #undef ANGLE
 #undef DIFFERENCE
 #undef SINCOS
+#undef STREAMS_SINCOS
 #undef SINCOS2
 #undef SINCOS_CALL
 #undef PIVOT_INVERSE
@@ -58,9 +60,11 @@
 #undef R
 #undef K
 #undef FMA
+#undef FNMA
 #undef ANGLE
 #undef DIFFERENCE
 #undef SINCOS
+#undef STREAMS_SINCOS
 #undef SINCOS2
 #undef SINCOS_CALL
 #undef PIVOT_INVERSE

@@ -28,11 +28,19 @@ typedef real pack[EOM_WIDE];
 #define R(x) ((x) - (real){0}) /* a scalar in every lane; a vector as it is */
 #define K(x) ((scalar)x##L) /* a literal, read in the widest type */
 #define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
+#define FNMA(a, b, c) eom_fnma(R(a), R(b), R(c)) /* c - a b */
 #define ANGLE(x) R(x), R(K(0.0)), EOM_ANGLE
 #define DIFFERENCE(x, y) R(x), R(y), EOM_DIFFERENCE
-#define SINCOS(angle, s, c) eom_sincos(angle, s, c)
-#define SINCOS2(angle, angle2, s, c, s2, c2) eom_sincos2(angle, angle2, s, c, s2, c2)
-#define SINCOS_CALL(angle, s, c) eom_sincos_call(angle, s, c)
+#define SINCOS(angle, s, c) STREAMS_SINCOS(angle, s, c)
+#if EOM_WIDE > 1
+#define STREAMS_SINCOS(x, y, limit, s, c) \
+    pack s##_x, s##_y; EACH s##_x[h] = x; EACH s##_y[h] = y; \
+    eom_sincos2(s##_x[0], s##_y[0], limit, s##_x[1], s##_y[1], limit, &s[0], &c[0], &s[1], &c[1])
+#else
+#define STREAMS_SINCOS(x, y, limit, s, c) EACH eom_sincos(x, y, limit, &s[h], &c[h])
+#endif
+#define SINCOS2(angle, angle2, s, c, s2, c2) EACH eom_sincos2(angle, angle2, &s[h], &c[h], &s2[h], &c2[h])
+#define SINCOS_CALL(angle, s, c) EACH eom_sincos_call(angle, &s[h], &c[h])
 #define PIVOT_INVERSE(pivot, reference) eom_pivot_inverse(R(pivot), R(reference))
 #define SQRT(x) eom_sqrt(R(x))
 #define EXP(x) eom_exp(R(x))
@@ -64,7 +72,7 @@ EOM_LINKAGE void EOM_NAME(forward_dynamics)(const scalar *const *in, const eom_p
     const scalar *const u = in[2]; EOM_PLACE(u, 2);
     EOM_PLACE(out, 3);
     EOM_FETCH(q, 0);
-    pack c0_sin, c0; EACH SINCOS(ANGLE(EOM_AT(q, 0)[h]), &c0_sin[h], &c0[h]);
+    pack c0_sin, c0; SINCOS(ANGLE(EOM_AT(q, 0)[h]), c0_sin, c0);
     EOM_FETCH(out, 0);
     EOM_FETCH(u, 0);
     EACH EOM_AT(out, 0)[h] = (EOM_AT(u, 0)[h] - FMA(p[4], (c[0] * c0[h]), p[2] * (EOM_AT(q, 0)[h] - p[3]))) * c[1];
@@ -94,7 +102,7 @@ EOM_LINKAGE void EOM_NAME(inverse_dynamics)(const scalar *const *in, const eom_p
     const scalar *const a = in[2]; EOM_PLACE(a, 2);
     EOM_PLACE(out, 3);
     EOM_FETCH(q, 0);
-    pack c0_sin, c0; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &c0_sin[h], &c0[h]);
+    pack c0_sin, c0; SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), c0_sin, c0);
     EOM_FETCH(out, 0);
     EOM_FETCH(a, 0);
     EACH EOM_AT(out, 0)[h] = FMA(EOM_AT(a, 0)[h], c[1], FMA(p[4], (c[0] * c0[h]), p[2] * (EOM_AT(q, 0)[h] - p[3])));
@@ -143,7 +151,7 @@ EOM_LINKAGE void EOM_NAME(bias)(const scalar *const *in, const eom_place *places
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
     EOM_PLACE(out, 2);
     EOM_FETCH(q, 0);
-    pack c0_sin, c0; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &c0_sin[h], &c0[h]);
+    pack c0_sin, c0; SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), c0_sin, c0);
     EOM_FETCH(out, 0);
     EACH EOM_AT(out, 0)[h] = FMA(p[4], (c[0] * c0[h]), p[2] * (EOM_AT(q, 0)[h] - p[3]));
 }
@@ -176,7 +184,7 @@ EOM_LINKAGE void EOM_NAME(energy)(const scalar *const *in, const eom_place *plac
     EOM_FETCH(v, 0);
     EACH EOM_AT(out, 0)[h] = K(0.5) * (EOM_AT(v, 0)[h] * (EOM_AT(v, 0)[h] * c[1]));
     EOM_FETCH(q, 0);
-    pack s0, s0_cos; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &s0[h], &s0_cos[h]);
+    pack s0, s0_cos; SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), s0, s0_cos);
     pack t1; EACH t1[h] = EOM_AT(q, 0)[h] - p[3];
     EOM_FETCH(out, 1);
     EACH EOM_AT(out, 1)[h] = FMA(p[4], (c[0] * s0[h]), c[2] * (t1[h] * t1[h]));
@@ -193,7 +201,7 @@ EOM_LINKAGE void EOM_NAME(joints)(const scalar *const *in, const eom_place *plac
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
     EOM_PLACE(out, 1);
     EOM_FETCH(q, 0);
-    pack s0, c0; EACH SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), &s0[h], &c0[h]);
+    pack s0, c0; SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), s0, c0);
     EOM_FETCH(out, 0);
     EACH EOM_AT(out, 0)[h] = p[1] * c0[h];
     EOM_FETCH(out, 1);
