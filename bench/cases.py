@@ -20,6 +20,7 @@ GRAVITY = 9.81
 VARIABLE = tuple(model for model in LINK_TYPES if model != "rigid")
 ALONG = {"stiffness": 310.0, "rest_length": 0.45, "damping": 7.0}
 JOINT = {"joint_stiffness": 23.0, "joint_rest_angle": 0.35, "joint_damping": 1.7}
+VARYING = ("free", "prescribed")
 Changes = Mapping[int, Mapping[str, Any]]
 
 
@@ -78,11 +79,18 @@ def tree(
 
 
 def random_tree(links: int, seed: int = 1) -> Scene:
-    """A tree of three kinds of links, rigid and of free length, in random order on random parents."""
+    """A tree of links of every model and mode, some with springs, some hanging, in random order on random parents."""
     numbers = random.Random(seed)
-    parents = [-1, *(numbers.randrange(i) for i in range(1, links))]
-    models = [numbers.choice(("rigid", "elastic-rod", "telescopic")) for _ in parents]
-    return tree("random_tree", parents, models)
+    parents = [-1, *(numbers.randrange(max(0, i - 8), i) for i in range(1, links))]
+    models = [numbers.choice(tuple(LINK_TYPES)) for _ in parents]
+    lengths = [None if model == "rigid" else numbers.choice(("free", "prescribed", 0.6)) for model in models]
+    # A length that moves no mass would make the scene singular, so tips do not hang.
+    hanging = [i for i in range(links) if i in parents and numbers.random() < 0.3]
+    springs = [
+        numbers.choice(({}, JOINT, ALONG, {**ALONG, **JOINT}) if length in VARYING else ({}, JOINT))
+        for length in lengths
+    ]
+    return tree("random_tree", parents, models, lengths, hanging, changes=dict(enumerate(springs)))
 
 
 def line(links: int) -> tuple[int, ...]:

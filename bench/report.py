@@ -96,7 +96,7 @@ def _processor() -> str:
 
 def _compiler() -> dict[str, str]:
     try:
-        facts = backends.select("c").facts(False)
+        facts = backends.select("c").facts(False, ())
     except BuildError as error:
         return {"compiler": str(error), "flags": ""}
     return {"compiler": facts["compiler"], "flags": facts["flags"]}

@@ -5,7 +5,8 @@ block with as many iterations as the group has links; what flows between links, 
 next, is put into arrays indexed by link (the pass `carry` shortens those it can). Where the links of a kind stand in a
 row, a group is such a run, and a walk is one loop after the other. Where they do not, a group has all links of a kind,
 and the loops of a walk take turns in the order of the links. So the text grows with the number of kinds, not with the
-number of links.
+number of links. Springs make no kind: where links of a group differ in them, small loops before the walks leave each
+link's spring forces in arrays.
 """
 
 from __future__ import annotations
@@ -19,10 +20,13 @@ from eomgen.frontends.articulated import Flow, Ground, Results, Walk
 from eomgen.frontends.mechanism import LinkSymbols, Mechanism
 from eomgen.functions import FUNCTIONS, inputs
 from eomgen.ir.expr import Graph, Node, reachable
-from eomgen.ir.program import Array, Block, Inner, Place, Program, Step, Store, needed, straight, take_turns
+from eomgen.ir.program import Array, Block, Inner, Place, Program, Step, Store, needed, parts, straight, take_turns
+from eomgen.scene import SPRINGS, Link
 
 SYMBOLS = ("angle", "rate", "acceleration", "torque", "length", "length_rate", "length_acceleration", "force")
+FORCES = ("spring", "joint_spring", "spring_energy")  # of a link; also arrays, for links that differ in springs
 NUMBERS = "numbers"  # the array of folded numbers that differ between links of a kind
+MANY_KINDS = 24  # with more, tips are no kind of their own: their loops are faster, but take time to compile
 RUNS_PER_KIND = 2  # with more, on average, a loop per kind whose iterations take turns is shorter than one per run
 Outputs = dict[str, tuple[str, dict[int, int]]]  # result name -> array, and link -> index in it
 
@@ -103,13 +107,19 @@ class Groups:
 
 def groups(mechanism: Mechanism) -> Groups:
     """The links in runs where there are few of them, otherwise by kind."""
+    found = _groups(mechanism, tips=True)
+    return found if len(found.members) <= MANY_KINDS else _groups(mechanism, tips=False)
+
+
+def _groups(mechanism: Mechanism, tips: bool) -> Groups:
+    """The same; tips: whether links without children are a kind of their own."""
     scene = mechanism.scene
     kinds: dict[tuple[object, ...], list[int]] = {}
     runs: list[list[int]] = []
     last: tuple[object, ...] = ()
     for i, (link, parent) in enumerate(zip(scene.links, scene.parents, strict=True)):
-        names = tuple(short for short, _, _ in link.parameters)
-        kind = (link.model, link.mode, link.hangs, names, parent < 0, not scene.children[i])
+        names = tuple(short for short, _, _ in link.parameters if short not in SPRINGS)
+        kind = (link.model, link.mode, link.hangs, names, parent < 0, tips and not scene.children[i])
         kinds.setdefault(kind, []).append(i)
         here = (*kind, parent >= 0 and len(scene.children[parent]) > 1)
         if here == last:
@@ -140,11 +150,18 @@ class _Parent:
         self.rate = graph.symbol(f"parent of {name}.angle_rate")
 
 
+def _springs(link: Link, joint: bool) -> tuple[str, ...]:
+    """The numbers of the springs and dampers of a link's joint, or along it, by short name."""
+    names = (short for short, _, _ in link.parameters if short in SPRINGS)
+    return tuple(short for short in names if short.startswith("joint") == joint)
+
+
 class _Run:
-    """Links of one kind.
+    """Links of one kind, or links that have nothing in common but their springs.
 
     Attributes:
         members: the links.
+        forces: those of `FORCES` that come from arrays, as the links differ in springs.
         symbols: the stand-in for each of them.
         tables: for every stand-in symbol its array and, by link, its index.
         numbers: folded numbers that differ between the links.
@@ -155,15 +172,24 @@ class _Run:
     def __init__(self, mechanism: Mechanism, members: list[int], graph: Graph, first_number: int) -> None:
         scene = mechanism.scene
         link = scene.links[members[0]]
+        along, joint = (len({_springs(scene.links[i], joint) for i in members}) > 1 for joint in (False, True))
+        elsewhere = {*(_springs(link, False) if along else ()), *(_springs(link, True) if joint else ())}
+        numbers = {i: {short: value for short, _, value in scene.links[i].parameters} for i in members}
+        common = set.intersection(*map(set, numbers.values()))
         self.members = members
+        self.forces = [name for name, given in zip(FORCES, (along, joint, along or joint), strict=True) if given]
         self.root, self.tip = scene.parents[members[0]] < 0, not scene.children[members[0]]
         self.computed: dict[Node, int] = {}
         self.numbers: list[float] = []
         values: dict[str, Node] = {}
         folded: dict[Node, dict[int, int]] = {}
-        for position, (short, _, value) in enumerate(link.parameters):
-            each = [scene.links[i].parameters[position][2] for i in members]
+        for short, value in numbers[members[0]].items():
+            if short in elsewhere:
+                continue
             values[short] = graph.symbol(f"{link.name}.{short}")
+            if short not in common:
+                continue
+            each = [numbers[i][short] for i in members]
             if mechanism.fold and len(set(each)) == 1:
                 values[short] = graph.constant(value)
             elif mechanism.fold:
@@ -174,7 +200,11 @@ class _Run:
         self.symbols = LinkSymbols(link, graph, values, parent)  # type: ignore[arg-type]
         self.tables: dict[Node, tuple[str, dict[int, int]]] = {node: (NUMBERS, at) for node, at in folded.items()}
         self._tabulate(mechanism, [(getattr(self.symbols, name), attrgetter(name)) for name in SYMBOLS])
-        self._tabulate(mechanism, [(node, _Value(short)) for short, node in values.items()])
+        self._tabulate(mechanism, [(node, _Value(short)) for short, node in values.items() if short in common])
+        for name in self.forces:
+            node = graph.symbol(f"{link.name}.{name}")
+            setattr(self.symbols, name, node)
+            self.tables[node] = (name, {i: i for i in members})
         if parent is not None:
             above = [(parent.angle, attrgetter("parent.angle")), (parent.rate, attrgetter("parent.rate"))]
             self._tabulate(mechanism, above)
@@ -216,15 +246,17 @@ class _Builder:
         self.ground = _Ground(self.graph, gravity)
         found = groups(mechanism)
         self.merged = found.merged
-        self.runs: list[_Run] = []
         self.numbers: list[float] = []
-        for members in found.members:
-            self.runs.append(_Run(mechanism, members, self.graph, len(self.numbers)))
-            self.numbers += self.runs[-1].numbers
+        self.runs = [self._run(members) for members in found.members]
         self.run_of = {i: run for run in self.runs for i in run.members}
         self.flowing: set[tuple[int, _Run, int]] = set()  # (walk, run, quantity) that can be other than zero
         self.scratch: dict[str, Array] = {}
         self.blocks: list[Block] = []
+
+    def _run(self, members: list[int]) -> _Run:
+        run = _Run(self.mechanism, members, self.graph, len(self.numbers))
+        self.numbers += run.numbers
+        return run
 
     def build(self) -> Program:
         """The program."""
@@ -233,10 +265,6 @@ class _Builder:
         output = Array("out", self.function.shape(n, k, m), "output")
         size = max(n, len(outputs))
         self.scratch |= {name: Array(name, (size,), "work") for name, _ in outputs.values() if name != "out"}
-        if self.numbers:
-            self.scratch[NUMBERS] = Array(NUMBERS, (len(self.numbers),), "work")
-            values = [(NUMBERS, i, self.graph.constant(value)) for i, value in enumerate(self.numbers)]
-            self.blocks.append(straight("numbers of the links", {}, values))
         if self.looped.add or self.looped.pairs:
             name = "sum" if self.looped.add else "out"
             self.blocks.append(_zeros([name], range(len(outputs) if self.looped.add else output.size), self.graph))
@@ -253,12 +281,13 @@ class _Builder:
             sums = [self.graph.symbol(f"sum of {name}") for name in outputs]
             loads = {node: Place("sum", (i,)) for i, node in enumerate(sums)}
             self.blocks.append(straight("sums", loads, [("out", i, node) for i, node in enumerate(sums)]))
+        blocks = list(self._merged(walks, starts))
         return Program(
             name=self.name,
             doc=self.function.doc,
             inputs=inputs(self.mechanism.symbols, self.function),
             output=output,
-            blocks=tuple(self._merged(walks, starts)),
+            blocks=(*self._before(blocks), *blocks),
             scratch=tuple(self.scratch.values()),
         )
 
@@ -277,6 +306,30 @@ class _Builder:
             if step is not None:
                 yield step
         yield from (block for block in blocks[position:] if block.stores)
+
+    def _before(self, steps: Sequence[Step]) -> list[Block]:
+        """Blocks with what the others want from arrays: springs of links that differ in them, and folded numbers."""
+        wanted = {place.array for block in parts(steps) for place in block.loads.values()}
+        alike: dict[tuple[tuple[str, ...], object], list[int]] = {}
+        for i, run in sorted(self.run_of.items()):
+            link, names = self.scene.links[i], tuple(name for name in run.forces if name in wanted)
+            if names:
+                kind = _springs(link, False), _springs(link, True), link.mode, run.root
+                alike.setdefault((names, kind), []).append(i)
+        blocks: list[Block] = []
+        for (names, _), members in alike.items():
+            run = self._run(members)
+            loads = {node: Place(array, [table[i] for i in members]) for node, (array, table) in run.tables.items()}
+            stores = [Store(Place(name, members), getattr(run.symbols, name)) for name in names]
+            blocks.append(needed(Block(f"springs of {self._title(run)}", loads, tuple(stores), len(members))))
+        for name in FORCES:
+            if name in wanted:
+                self.scratch[name] = Array(name, (len(self.scene.links),), "work")
+        if self.numbers:
+            self.scratch[NUMBERS] = Array(NUMBERS, (len(self.numbers),), "work")
+            values = [(NUMBERS, i, self.graph.constant(value)) for i, value in enumerate(self.numbers)]
+            blocks.insert(0, straight("numbers of the links", {}, values))
+        return blocks
 
     def _pairs(self, n: int) -> Block:
         """The elements of the mass matrix for every coordinate and those of the links above.
@@ -353,12 +406,14 @@ class _Builder:
         return name
 
     def _zero_sums(self, w: int, walk: Walk) -> None:
-        """Sums over several children start at zero."""
-        added = (self.scene.parents[i] for run in self.runs if self._adds(walk, run) for i in run.members)
-        several = sorted({parent for parent in added if parent >= 0})
-        if several:
+        """Sums over several children start at zero, and over none, where tips are no kind of their own, they are."""
+        added = {self.scene.parents[i] for run in self.runs if self._adds(walk, run) for i in run.members} - {-1}
+        if walk.upward:
+            entered = (run for run in self.runs if any((w, run, k) in self.flowing for k in range(len(walk.names))))
+            added |= {i for run in entered for i in run.members if not self.scene.children[i]}
+        if added:
             flowing = [k for k in range(len(walk.names)) if any((w, run, k) in self.flowing for run in self.runs)]
-            self.blocks.append(_zeros([self._flow_array(w, walk, k) for k in flowing], several, self.graph))
+            self.blocks.append(_zeros([self._flow_array(w, walk, k) for k in flowing], sorted(added), self.graph))
 
     def _adds(self, walk: Walk, run: _Run) -> bool:
         """Whether what flows out of a run is added to what comes from other children."""

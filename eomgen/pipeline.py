@@ -145,7 +145,7 @@ def compile(
         regularity.check(equations)
     with watch.stage("emit"):
         options = {"loops": loops, "solver": solver, "portable": portable, "accuracy": accuracy}
-        model = describe(equations, built, kinds, {**target.facts(portable), "options": options}, accuracy)
+        model = describe(equations, built, kinds, {**target.facts(portable, built), "options": options}, accuracy)
         files = target.emit(model)
     key = cache.digest([__version__, backend, *files, *files.values(), *target.environment(portable)])
     name = f"{model.name}_{key}"

@@ -66,7 +66,7 @@ QUANTITIES = {
 
 _HEAD = ("name", "parent", "model", "hangs", "length")  # keys of every link, as a scene file shows them
 _ALONG = ("stiffness", "rest_length", "damping")
-_SPRINGS = (*_ALONG, "joint_stiffness", "joint_rest_angle", "joint_damping")
+SPRINGS = (*_ALONG, "joint_stiffness", "joint_rest_angle", "joint_damping")
 _SPRING_OF_REST = {"rest_length": "stiffness", "joint_rest_angle": "joint_stiffness"}
 _ITEM = {"masses": "mass", "fractions": "fraction"}  # masses -> mass1, mass2, ...
 
@@ -109,7 +109,7 @@ class Link(msgspec.Struct, frozen=True, kw_only=True, dict=True, forbid_unknown_
     def _parameters(self) -> Iterator[Parameter]:
         own = _own(type(self))
         length = ("length",) if self.mode == "fixed" and "length" not in own else ()
-        for key in (*own, *length, *filter(self._acts, _SPRINGS)):
+        for key in (*own, *length, *filter(self._acts, SPRINGS)):
             value, unit = getattr(self, key), QUANTITIES[key].unit
             if isinstance(value, tuple):
                 yield from (Parameter(f"{_ITEM[key]}{n}", unit, x) for n, x in enumerate(value, 1))
@@ -350,7 +350,7 @@ def _keys(struct: type[msgspec.Struct]) -> tuple[str, ...]:
     """The keys of a scene or link, in the order a scene file shows them."""
     if not issubclass(struct, Link):
         return struct.__struct_fields__
-    return (*_HEAD, *(key for key in _own(struct) if key not in _HEAD), *_SPRINGS)
+    return (*_HEAD, *(key for key in _own(struct) if key not in _HEAD), *SPRINGS)
 
 
 @cache
@@ -469,7 +469,7 @@ def _check_link(link: AnyLink, label: str) -> None:
     if not isinstance(link.hangs, bool):
         raise SceneError(f"{label}hangs = {shown(link.hangs)} is not a flag; it must be true or false")
     _check_length(link, label)
-    for key in (*_own(type(link)), *_SPRINGS):
+    for key in (*_own(type(link)), *SPRINGS):
         value = getattr(link, key)
         if key in _ITEM:
             _check_list(value, key, label)

@@ -29,9 +29,9 @@ def carried(program: Program) -> set[str]:
 
 
 def alternating(links: int) -> Scene:
-    """A chain of rods and of rods with a spring at their joint, in turns."""
+    """A chain of rods and of rods whose inertia is given, in turns."""
     scene = eomgen.chain(links, "rigid")
-    changed = (replace(link, joint_stiffness=2.0 + k) if k % 3 else link for k, link in enumerate(scene.links))
+    changed = (replace(link, inertia=0.2 + 0.1 * k) if k % 3 else link for k, link in enumerate(scene.links))
     return Scene("alternating", tuple(changed))
 
 

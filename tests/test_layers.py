@@ -34,7 +34,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "functions": {"errors", "ir", "sensitivity"},
     "regularity": {"errors", "frontends", "ir"},
     "symbolic": {"errors", "frontends", "ir"},
-    "loops": {"frontends", "functions", "ir"},
+    "loops": {"frontends", "functions", "ir", "scene"},
     "choice": {"passes", "errors", "frontends", "functions", "ir", "loops"},
     "pipeline": {
         "backends",

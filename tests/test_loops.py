@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import eomgen
-from bench.cases import ALONG, CASES, JOINT, State, line, random_state, tree
+from bench.cases import ALONG, CASES, JOINT, VARYING, State, line, random_state, tree
+from bench.cases import random_tree as every_kind
 from eomgen import backends, choice, functions, loops, passes, pipeline
 from eomgen.backends import BACKENDS
 from eomgen.catalog import chain
@@ -23,7 +24,7 @@ from eomgen.ir.equations import Equations
 from eomgen.ir.interpret import PrimeField, run
 from eomgen.ir.program import Program, Turns, parts
 from eomgen.ir.text import dump
-from eomgen.scene import LINK_TYPES, Scene
+from eomgen.scene import LINK_TYPES, Length, Scene
 from tests.conftest import Compiled
 from tests.depth import shallow_stack
 from tests.exact import differences, exact_groups, results
@@ -72,6 +73,14 @@ def test_folded_numbers(case: str) -> None:
     assert_loops_are_exact(CASES[case], fold=True)
 
 
+def springs(numbers: random.Random, length: Length | None) -> dict[str, float]:
+    """Springs and dampers of a link at random, in its joint and, where its length varies, along it."""
+    sets: list[dict[str, float]] = [JOINT, {"joint_damping": 0.8}]
+    if length in VARYING:
+        sets += [ALONG, {**ALONG, **JOINT}, {"stiffness": 90.0, "joint_stiffness": 4.0}]
+    return numbers.choice(sets)
+
+
 def random_tree(seed: int) -> Scene:
     """A tree of up to 14 links in which neighbours are often of one kind, so that runs are long and branch."""
     numbers = random.Random(seed)
@@ -85,10 +94,8 @@ def random_tree(seed: int) -> Scene:
     # A length that moves no mass would make the scene singular, so tips do not hang.
     hanging = [i for i in range(count) if i in parents and numbers.random() < 0.15]
     lengths = [None if model == "rigid" else numbers.choice(["free", "prescribed", 0.6]) for model in models]
-    springs = {
-        i: {**(ALONG if isinstance(lengths[i], str) else {}), **JOINT} for i in range(count) if numbers.random() < 0.2
-    }
-    return tree("random", parents, models, lengths, hanging, numbers.choice([9.81, 0.0]), springs)
+    changes = {i: springs(numbers, lengths[i]) for i in range(count) if numbers.random() < 0.2}
+    return tree("random", parents, models, lengths, hanging, numbers.choice([9.81, 0.0]), changes)
 
 
 def mixed_tree(seed: int, count: int = 16, few: Sequence[str] = ()) -> Scene:
@@ -102,12 +109,8 @@ def mixed_tree(seed: int, count: int = 16, few: Sequence[str] = ()) -> Scene:
     modes = numbers.choice([["free"], ["free", "prescribed"], ["free", "prescribed", 0.6]])
     lengths = [None if model == "rigid" else numbers.choice(modes) for model in models]
     hanging = [i for i in range(count) if seed % 2 and i in parents and numbers.random() < 0.2]
-    springs = {
-        i: {**(ALONG if isinstance(lengths[i], str) else {}), **JOINT}
-        for i in range(count)
-        if seed % 3 == 0 and numbers.random() < 0.3
-    }
-    return tree("mixed", parents, models, lengths, hanging, numbers.choice([9.81, 0.0]), springs)
+    changes = {i: springs(numbers, lengths[i]) for i in range(count) if seed % 3 == 0 and numbers.random() < 0.3}
+    return tree("mixed", parents, models, lengths, hanging, numbers.choice([9.81, 0.0]), changes)
 
 
 def in_turns(program: Program) -> bool:
@@ -128,6 +131,14 @@ def test_random_trees_in_turns(seed: int, monkeypatch: pytest.MonkeyPatch) -> No
     assert_loops_are_exact(scene, fold=seed % 5 == 0)
     (program,) = pipeline.programs(articulated(scene), ["inverse_dynamics"], loops=True)
     assert in_turns(program)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_trees_of_many_kinds(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of which tips are none of their own."""
+    monkeypatch.setattr(loops, "MANY_KINDS", 0)
+    monkeypatch.setattr(loops, "RUNS_PER_KIND", seed % 2)
+    assert_loops_are_exact((random_tree, mixed_tree)[seed % 2](seed), fold=seed % 5 == 0)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -292,6 +303,24 @@ def test_length_of_the_text_of_any_order(name: str, seed: int) -> None:
         texts.append(c_text(articulated(tree("any", parents, models)), name))
     assert len({text.count("\n") for text in texts}) == 1
     assert all(len(TABLE.sub("", text)) < 1.1 * len(TABLE.sub("", texts[0])) for text in texts)
+
+
+def test_springs_make_no_kinds() -> None:
+    """Whatever springs the links of a chain have, it is as many loops as without, and small ones for the springs."""
+    numbers = random.Random(1)
+    changes = {i: springs(numbers, "free") for i in range(60) if numbers.random() < 0.7}
+    plain, sprung = (articulated(tree("sprung", line(60), "telescopic", changes=each)) for each in ({}, changes))
+    assert loops.groups(plain.mechanism).members == loops.groups(sprung.mechanism).members
+    text, longer = (c_text(equations, "forward_dynamics") for equations in (plain, sprung))
+    assert longer.count("\n") < 2 * text.count("\n")
+    assert_loops_are_exact(tree("sprung", line(9), "telescopic", changes={i: changes.get(i, {}) for i in range(9)}))
+
+
+def test_number_of_kinds() -> None:
+    """A tree of links of every model and mode: standing and hanging, not tips and sprung ones besides."""
+    found = loops.groups(articulated(every_kind(1000)).mechanism)
+    assert found.merged
+    assert len(found.members) == 2 * (1 + 4 * 3) + 1  # and the root
 
 
 def test_tables_are_shared() -> None:

@@ -14,7 +14,7 @@ Sample = dict[str, Any]
 STATES = 100_000  # in a batch
 FEW = 2_000  # in a batch that stays in the cache
 SOME = 10_000  # in a batch of contenders that take microseconds per state; it also is the number of trajectories
-TREE = "random tree"  # in place of the method: articulated, on a tree of three kinds of links in random order
+TREE = "random tree"  # in place of the method: articulated, on a tree of every kind of links in random order
 LABELS = {
     "ours": "eomgen, row-major",
     "ours-batch": "eomgen, batch-contiguous",

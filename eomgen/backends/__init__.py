@@ -9,6 +9,7 @@ from typing import Any, Protocol
 from eomgen.backends import c
 from eomgen.backends import numpy as numpy_
 from eomgen.errors import OptionError, unknown
+from eomgen.ir.program import Program
 from eomgen.model import Model
 
 
@@ -17,7 +18,7 @@ class Backend(Protocol):
 
     def emit(self, model: Model) -> dict[str, str]: ...
     def environment(self, portable: bool) -> Sequence[str]: ...
-    def facts(self, portable: bool) -> dict[str, Any]: ...
+    def facts(self, portable: bool, programs: Sequence[Program]) -> dict[str, Any]: ...
     def build(self, folder: Path, model: Model, portable: bool) -> None: ...
 
 

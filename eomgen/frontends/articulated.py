@@ -406,10 +406,7 @@ def energy(ground: Ground) -> list[Walk]:
         across, along = c * vy - s * vx, c * vx + s * vy
         twice = k.m * (vx * vx + vy * vy) + k.T * link.rate * link.rate + k.S2 * link.length_rate * link.length_rate
         kinetic = twice / 2 + k.S * link.rate * across + k.S1 * link.length_rate * along
-        turn = link.angle - (link.parent.angle if link.parent else 0) - link.value("joint_rest_angle")
-        stretch = link.length - link.value("rest_length")
-        springs = link.value("stiffness") * stretch * stretch + link.value("joint_stiffness") * turn * turn
-        potential = g * (k.m * height + k.S * s) + springs / 2
+        potential = g * (k.m * height + k.S * s) + link.spring_energy
         end_along, end_across = link.L1 * link.length_rate, link.L * link.rate
         ends = height + link.L * s, vx + c * end_along - s * end_across, vy + s * end_along + c * end_across
         return ends, {"kinetic": kinetic, "potential": potential}

@@ -128,6 +128,13 @@ class LinkSymbols:
         stiffness = self.value("joint_stiffness") * (self.turn - self.value("joint_rest_angle"))
         return stiffness + self.value("joint_damping") * rate
 
+    @cached_property
+    def spring_energy(self) -> Node:
+        """k (s - s₀)²/2 of the length and k (φ - φ_parent - φ₀)²/2 of the joint."""
+        stretch = self.length - self.value("rest_length")
+        turn = self.turn - self.value("joint_rest_angle")
+        return (self.value("stiffness") * stretch * stretch + self.value("joint_stiffness") * turn * turn) / 2
+
 
 class Mechanism:
     """A scene as symbols in one graph.

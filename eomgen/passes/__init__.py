@@ -14,9 +14,10 @@ DEFAULT: tuple[tuple[str, Callable[[Program], Program]], ...] = (
 
 
 def run(program: Program) -> Program:
-    """The program after all passes, verified before, between and after them."""
+    """The program after all passes, verified before them and after each that changes it."""
     verify(program)
     for name, apply in DEFAULT:
-        program = apply(program)
-        verify(program, after=name)
+        before, program = program, apply(program)
+        if program != before:
+            verify(program, after=name)
     return program

@@ -8,6 +8,7 @@ from typing import Any
 
 from eomgen.backends.c import build as _build
 from eomgen.backends.c import emit as _emit
+from eomgen.ir.program import Program
 from eomgen.model import Model
 
 
@@ -22,12 +23,12 @@ def environment(portable: bool) -> Sequence[str]:
     return [*_build.environment(tools), *_build.runtime_files().values()]
 
 
-def facts(portable: bool) -> dict[str, Any]:
+def facts(portable: bool, programs: Sequence[Program]) -> dict[str, Any]:
     """How the module is built, for `mod.info`."""
     tools = _build.selected(portable)
     return {
         "compiler": tools.version,
-        "flags": " ".join(["-O2", *tools.flags]),
+        "flags": " ".join([_build.level(programs), *tools.flags]),
         "cython": _build._version("cython"),
         "numpy": _build._version("numpy"),
     }
@@ -41,4 +42,4 @@ def build(folder: Path, model: Model, portable: bool) -> None:
     """
     for name, text in _build.runtime_files().items():
         (folder / "csrc" / name).write_text(text, encoding="utf-8")
-    _build.build(folder, model.name, _build.selected(portable))
+    _build.build(folder, model.name, _build.level(model.programs), _build.selected(portable))

@@ -15,6 +15,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
@@ -22,9 +23,11 @@ from pathlib import Path
 
 from eomgen.backends import cache
 from eomgen.errors import BuildError, one_line, shown
+from eomgen.ir.program import Program, Turns
 
 RUNTIME = Path(__file__).parent / "runtime"
 COMMON = ("-std=gnu11", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden")
+MANY_TURNS = 100  # loops that take turns
 LOG = "build.log"
 PARTS = (1, 2)  # of <name>.c: scalars with all else, vectors; of eomgen_batch.c: double, the other types
 
@@ -121,7 +124,13 @@ def _version(package: str) -> str:
         return "absent"
 
 
-def build(folder: Path, name: str, tools: Toolchain) -> None:
+def level(programs: Sequence[Program]) -> str:
+    """How much to optimise. Many short loops that take turns gain nothing by -O2 and take a third longer to compile."""
+    steps = (step for program in programs for step in program.blocks if isinstance(step, Turns))
+    return "-O1" if sum(len(step.parts) for step in steps) > MANY_TURNS else "-O2"
+
+
+def build(folder: Path, name: str, level: str, tools: Toolchain) -> None:
     """Compiles csrc/<name>.c in `folder`, in two parts side by side, and links them with the wrapper into _kernel.
 
     Raises:
@@ -132,7 +141,7 @@ def build(folder: Path, name: str, tools: Toolchain) -> None:
     with ThreadPoolExecutor(3) as pool:
         wrapper = pool.submit(_wrapper, tools)
         compiling = [
-            pool.submit(_compile, folder, tools, f"csrc/{name}.c", made, "-O2", f"-DEOM_PART={part}")
+            pool.submit(_compile, folder, tools, f"csrc/{name}.c", made, level, f"-DEOM_PART={part}")
             for part, made in zip(PARTS, kernels, strict=True)
         ]
         for step in compiling:

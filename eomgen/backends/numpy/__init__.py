@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from eomgen.backends.numpy import emit as _emit
+from eomgen.ir.program import Program
 from eomgen.model import Model
 
 
@@ -21,7 +22,7 @@ def environment(portable: bool) -> Sequence[str]:
     return []
 
 
-def facts(portable: bool) -> dict[str, Any]:
+def facts(portable: bool, programs: Sequence[Program]) -> dict[str, Any]:
     """How the module is built, for `mod.info`."""
     return {"numpy": version("numpy")}
 
