@@ -21,10 +21,11 @@ from eomgen.frontends.mechanism import LinkSymbols, Mechanism
 from eomgen.functions import FUNCTIONS, inputs
 from eomgen.ir.expr import Graph, Node, reachable
 from eomgen.ir.program import Array, Block, Inner, Place, Program, Step, Store, needed, parts, straight, take_turns
-from eomgen.scene import SPRINGS, Link
+from eomgen.scene import SPRINGS
 
 SYMBOLS = ("angle", "rate", "acceleration", "torque", "length", "length_rate", "length_acceleration", "force")
 FORCES = ("spring", "joint_spring", "spring_energy")  # of a link; also arrays, for links that differ in springs
+SPRING_NAMES = frozenset(SPRINGS)
 NUMBERS = "numbers"  # the array of folded numbers that differ between links of a kind
 MANY_KINDS = 24  # with more, tips are no kind of their own: their loops are faster, but take time to compile
 RUNS_PER_KIND = 2  # with more, on average, a loop per kind whose iterations take turns is shorter than one per run
@@ -118,7 +119,7 @@ def _groups(mechanism: Mechanism, tips: bool) -> Groups:
     runs: list[list[int]] = []
     last: tuple[object, ...] = ()
     for i, (link, parent) in enumerate(zip(scene.links, scene.parents, strict=True)):
-        names = tuple(short for short, _, _ in link.parameters if short not in SPRINGS)
+        names = tuple(short for short, _, _ in link.parameters if short not in SPRING_NAMES)
         kind = (link.model, link.mode, link.hangs, names, parent < 0, tips and not scene.children[i])
         kinds.setdefault(kind, []).append(i)
         here = (*kind, parent >= 0 and len(scene.children[parent]) > 1)
@@ -150,10 +151,11 @@ class _Parent:
         self.rate = graph.symbol(f"parent of {name}.angle_rate")
 
 
-def _springs(link: Link, joint: bool) -> tuple[str, ...]:
-    """The numbers of the springs and dampers of a link's joint, or along it, by short name."""
-    names = (short for short, _, _ in link.parameters if short in SPRINGS)
-    return tuple(short for short in names if short.startswith("joint") == joint)
+def _springs(names: Iterable[str]) -> tuple[frozenset[str], frozenset[str]]:
+    """Those of some parameters that are of springs and dampers along a link, and in its joint."""
+    springs = SPRING_NAMES.intersection(names)
+    joint = frozenset(name for name in springs if name.startswith("joint"))
+    return springs - joint, joint
 
 
 class _Run:
@@ -172,9 +174,10 @@ class _Run:
     def __init__(self, mechanism: Mechanism, members: list[int], graph: Graph, first_number: int) -> None:
         scene = mechanism.scene
         link = scene.links[members[0]]
-        along, joint = (len({_springs(scene.links[i], joint) for i in members}) > 1 for joint in (False, True))
-        elsewhere = {*(_springs(link, False) if along else ()), *(_springs(link, True) if joint else ())}
         numbers = {i: {short: value for short, _, value in scene.links[i].parameters} for i in members}
+        along, joint = (len(set(sets)) > 1 for sets in zip(*map(_springs, numbers.values()), strict=True))
+        own = _springs(numbers[members[0]])
+        elsewhere = (own[0] if along else frozenset()) | (own[1] if joint else frozenset())
         common = set.intersection(*map(set, numbers.values()))
         self.members = members
         self.forces = [name for name, given in zip(FORCES, (along, joint, along or joint), strict=True) if given]
@@ -314,7 +317,7 @@ class _Builder:
         for i, run in sorted(self.run_of.items()):
             link, names = self.scene.links[i], tuple(name for name in run.forces if name in wanted)
             if names:
-                kind = _springs(link, False), _springs(link, True), link.mode, run.root
+                kind = _springs(short for short, _, _ in link.parameters), link.mode, run.root
                 alike.setdefault((names, kind), []).append(i)
         blocks: list[Block] = []
         for (names, _), members in alike.items():
