@@ -64,8 +64,8 @@ def function(program: Program, arithmetic: Arithmetic = ARITHMETIC["standard"]) 
 def is_short(program: Program) -> bool:
     """Whether this is the function that runs most, and it is short.
 
-    Then it carries two streams of states and has its sines inlined, which both cost compile time in proportion to
-    the code.
+    Then it carries two streams of states, has its sines inlined, and is one function for the compiler, which all cost
+    compile time in proportion to the code.
     """
     return (
         program.name == "forward_dynamics" and sum(len(block.nodes()) for block in parts(program.blocks)) <= WIDE_LIMIT
@@ -79,12 +79,13 @@ def _routine(program: Program, name: str, steps: tuple[Step, ...], arithmetic: A
     arguments = "p, c" if constants else "in, places, p, c, out, work"
     pointers = _pointers(program, arithmetic, constants)
     printer = arithmetic.printer(_kinds(program), is_short(program))
+    apart = "" if is_short(program) else template.APART
     pieces: list[str] = []
 
     def add(frame: str, name: str, title: str, body: list[str], more: str = "") -> None:
         comment = [f"/* {title} */"] if title else []
         text = _indent([*comment, *_used(pointers, body), *body])
-        pieces.append(frame.format(name=name, parameters=parameters + more, body=text))
+        pieces.append(frame.format(name=name, apart=apart, parameters=parameters + more, body=text))
 
     if len(steps) == 1 and isinstance(steps[0], Block):
         add(template.FUNCTION, name, "", _block(steps[0], printer))

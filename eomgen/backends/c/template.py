@@ -116,6 +116,7 @@ PARAMETERS = (
 )
 CONSTANTS_PARAMETERS = "const scalar *p, {still} *restrict c"
 
+APART = "__attribute__((noinline)) "
 FUNCTION = """\
 EOM_LINKAGE void EOM_NAME({name})({parameters})
 {{
@@ -124,7 +125,7 @@ EOM_LINKAGE void EOM_NAME({name})({parameters})
 """
 
 PART = """\
-static __attribute__((noinline)) void EOM_NAME({name})({parameters})
+static {apart}void EOM_NAME({name})({parameters})
 {{
 {body}
 }}

@@ -94,7 +94,7 @@ typedef real pack[EOM_WIDE];
 #define STREAMS EOM_WIDE
 #if EOM_SCALAR_TEXT
 
-static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_1)(const scalar *p, scalar *restrict c)
+static void EOM_NAME(forward_dynamics_constants_1)(const scalar *p, scalar *restrict c)
 {
     /* constants of link4, tips to root */
     scalar *const inertia_p_up = c + 7;
@@ -113,7 +113,7 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_1)(con
     EACH c[0] = (t0[h] + t1[h] + t2[h]) * t6[h];
 }
 
-static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_2)(const scalar *p, scalar *restrict c)
+static void EOM_NAME(forward_dynamics_constants_2)(const scalar *p, scalar *restrict c)
 {
     /* constants of link2 to link3, tips to root */
     scalar *const inertia_p_up = c + 7;
@@ -143,7 +143,7 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_2)(con
     }
 }
 
-static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_3)(const scalar *p, scalar *restrict c)
+static void EOM_NAME(forward_dynamics_constants_3)(const scalar *p, scalar *restrict c)
 {
     /* constants of link1, root to tips */
     scalar *const inertia_p_up = c + 7;
@@ -159,7 +159,7 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_3)(con
     EACH c[4] = t7[h] * (t0[h] + t1[h] + t2[h] + t3[h]);
 }
 
-static __attribute__((noinline)) void EOM_NAME(forward_dynamics_constants_4)(const scalar *p, scalar *restrict c)
+static void EOM_NAME(forward_dynamics_constants_4)(const scalar *p, scalar *restrict c)
 {
     /* constants of link4, root to tips */
     pack t0; EACH t0[h] = p[18] * p[21];
@@ -183,7 +183,7 @@ EOM_LINKAGE void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *r
 
 #endif
 
-static __attribute__((noinline)) void EOM_NAME(forward_dynamics_1)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
+static void EOM_NAME(forward_dynamics_1)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link4, tips to root */
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
@@ -216,7 +216,7 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_1)(const scalar 
     EACH torque_up[0][h] = EOM_AT(u, 3)[h];
 }
 
-static __attribute__((noinline)) void EOM_NAME(forward_dynamics_2)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
+static void EOM_NAME(forward_dynamics_2)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link2 to link3, tips to root */
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
@@ -263,7 +263,7 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_2)(const scalar 
     EACH torque_up[0][h] = torque_up_in[h];
 }
 
-static __attribute__((noinline)) void EOM_NAME(forward_dynamics_3)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
+static void EOM_NAME(forward_dynamics_3)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link1, root to tips */
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
@@ -300,7 +300,7 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_3)(const scalar 
     EACH EOM_AT(out, 4)[h] = FMA(EOM_AT(q, 4)[h] * t6[h], (EOM_AT(q, 4)[h] * (EOM_AT(v, 0)[h] * EOM_AT(v, 0)[h])), t2[h]);
 }
 
-static __attribute__((noinline)) void EOM_NAME(forward_dynamics_4)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
+static void EOM_NAME(forward_dynamics_4)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link2 to link3, root to tips */
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
@@ -338,7 +338,7 @@ static __attribute__((noinline)) void EOM_NAME(forward_dynamics_4)(const scalar 
     EACH acceleration_n_down1[0][h] = acceleration_n_down1_in[h];
 }
 
-static __attribute__((noinline)) void EOM_NAME(forward_dynamics_5)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
+static void EOM_NAME(forward_dynamics_5)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link4, root to tips */
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
