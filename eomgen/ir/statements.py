@@ -6,6 +6,7 @@ A back end's printer needs only rules for single operations; this file decides w
 from __future__ import annotations
 
 import itertools
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -89,68 +90,6 @@ def statements(
         index: the text of the index at which a loaded node is found.
         put: the statement of a store.
     """
-    nodes = order(block)
-    uses: dict[Node, int] = {}
-    for node in nodes:
-        for arg in node.args:
-            uses[arg] = uses.get(arg, 0) + 1
-    for store in block.stores:
-        uses[store.node] = uses.get(store.node, 0) + 1
-    for node in nodes:
-        if node.op in ("sin", "cos"):
-            (angle,) = node.args
-            again = printer.together and node.op == "cos" and angle.graph.sin(angle) in uses
-            uses[angle] -= again or is_difference(angle, block)
-    # A sign never gets a name of its own, so what it negates must have one if the sign is used twice.
-    for node in reversed(nodes):
-        if node.op == "neg" and uses[node] > 1:
-            uses[node.args[0]] = uses.get(node.args[0], 0) + uses[node] - 1
-
-    lines: list[str] = []
-    texts: dict[Node, Text] = {}
-    counter = 0
-
-    def text_of(node: Node) -> Text:
-        found = texts.get(node)
-        if found is None:
-            if node in block.loads:
-                found = Text(printer.load(block.loads[node].array, index(node)), 3, 0, node)
-            else:
-                found = printer.constant(node)
-            texts[node] = found
-        return found
-
-    def compute(node: Node) -> None:
-        nonlocal counter
-        args = [text_of(arg) for arg in node.args]
-        printed = printer.operation(node, args)
-        late = max(arg.late for arg in args) + LATENCY.get(node.op, 1)
-        if node.op != "neg" and (uses[node] > 1 or node.op in NAMED or printed.depth >= DEPTH):
-            name = f"t{counter}"
-            counter += 1
-            lines.append(printer.assign(name, printed.text))
-            printed = Text(printer.named(name), 3, 0, node)
-        texts[node] = replace(printed, late=late)
-
-    def sine_of(angle: Node) -> Sine:
-        nonlocal counter
-        if angle.args and angle not in block.loads and angle not in texts:
-            compute(angle)
-        twins = {angle.graph.sin(angle): f"s{counter}", angle.graph.cos(angle): f"c{counter}"}
-        counter += 1
-        names = [name if twin in uses and twin not in block.loads else None for twin, name in twins.items()]
-        for twin, name in zip(twins, names, strict=True):
-            if name is not None:
-                texts[twin] = Text(printer.named(name), 3, 0, twin, late=text_of(angle).late + LATENCY[twin.op])
-        difference = None
-        if is_difference(angle, block):
-            x, y = (text_of(arg).text for arg in angle.args)
-            difference = x, y
-        return Sine(text_of(angle).text, difference, *names)
-
-    def at_hand(angle: Node) -> bool:
-        return angle in block.loads or all(arg in block.loads for arg in angle.args)
-
     loaded = {place.array for place in block.loads.values()}
     early: dict[Node, list[Store]] = {}
     last: list[Store] = []
@@ -160,18 +99,99 @@ def statements(
             last.append(store)
         else:
             early.setdefault(store.node, []).append(store)
+    writer = _Writer(block, printer, index)
+    for node in writer.nodes:
+        writer.write(node)
+        writer.lines += [put(store, writer.texts[node]) for store in early.get(node, ())]
+    return writer.lines + [put(store, writer.text(store.node)) for store in last]
 
-    # Angles whose sines are still to come, in the order of their first use.
-    angles = list(dict.fromkeys(node.args[0] for node in nodes if node.op in ("sin", "cos")))
-    for node in nodes:
-        if node.op in ("sin", "cos") and node not in texts:
-            group = [angles[0], *filter(at_hand, angles[1:])][: printer.sines]
-            angles = [angle for angle in angles if angle not in group]
-            lines += printer.sincos([sine_of(angle) for angle in group])
-        elif node not in texts:
-            compute(node)
-        lines += [put(store, texts[node]) for store in early.get(node, ())]
-    return lines + [put(store, text_of(store.node)) for store in last]
+
+class _Writer:
+    """Writes the statements of a block, operation by operation.
+
+    Attributes:
+        nodes: what there is to write, in order.
+        lines: the statements so far.
+        texts: how what is written, loaded or constant is called.
+    """
+
+    def __init__(self, block: Block, printer: Printer, index: Callable[[Node], str]) -> None:
+        self.block, self.printer, self.index = block, printer, index
+        self.nodes = order(block)
+        self.lines: list[str] = []
+        self.texts: dict[Node, Text] = {}
+        self.counter = 0
+        self.uses = self._uses()
+        # Angles whose sines are still to come, in the order of their first use.
+        self.angles = list(dict.fromkeys(node.args[0] for node in self.nodes if node.op in ("sin", "cos")))
+
+    def _uses(self) -> Counter[Node]:
+        """How often the text of a value stands in others."""
+        uses = Counter(arg for node in self.nodes for arg in node.args)
+        uses.update(store.node for store in self.block.stores)
+        for node in self.nodes:
+            if node.op in ("sin", "cos"):
+                (angle,) = node.args
+                again = self.printer.together and node.op == "cos" and angle.graph.sin(angle) in uses
+                uses[angle] -= again or is_difference(angle, self.block)
+        # A sign never gets a name of its own, so what it negates must have one if the sign is used twice.
+        for node in reversed(self.nodes):
+            if node.op == "neg" and uses[node] > 1:
+                uses[node.args[0]] += uses[node] - 1
+        return uses
+
+    def write(self, node: Node) -> None:
+        """Writes the statement of a value, if it has one that is not written yet."""
+        if node in self.texts:
+            return
+        if node.op in ("sin", "cos"):
+            group = [self.angles[0], *filter(self._at_hand, self.angles[1:])][: self.printer.sines]
+            self.angles = [angle for angle in self.angles if angle not in group]
+            self.lines += self.printer.sincos([self._sine(angle) for angle in group])
+        else:
+            self._compute(node)
+
+    def text(self, node: Node) -> Text:
+        """The text of a value that is written, loaded or constant."""
+        found = self.texts.get(node)
+        if found is None:
+            if node in self.block.loads:
+                element = self.printer.load(self.block.loads[node].array, self.index(node))
+                found = Text(element, 3, 0, node)
+            else:
+                found = self.printer.constant(node)
+            self.texts[node] = found
+        return found
+
+    def _compute(self, node: Node) -> None:
+        args = [self.text(arg) for arg in node.args]
+        printed = self.printer.operation(node, args)
+        late = max(arg.late for arg in args) + LATENCY.get(node.op, 1)
+        if node.op != "neg" and (self.uses[node] > 1 or node.op in NAMED or printed.depth >= DEPTH):
+            name = f"t{self.counter}"
+            self.counter += 1
+            self.lines.append(self.printer.assign(name, printed.text))
+            printed = Text(self.printer.named(name), 3, 0, node)
+        self.texts[node] = replace(printed, late=late)
+
+    def _sine(self, angle: Node) -> Sine:
+        if angle.args and angle not in self.block.loads and angle not in self.texts:
+            self._compute(angle)
+        twins = {angle.graph.sin(angle): f"s{self.counter}", angle.graph.cos(angle): f"c{self.counter}"}
+        self.counter += 1
+        names = [name if twin in self.uses and twin not in self.block.loads else None for twin, name in twins.items()]
+        for twin, name in zip(twins, names, strict=True):
+            if name is not None:
+                late = self.text(angle).late + LATENCY[twin.op]
+                self.texts[twin] = Text(self.printer.named(name), 3, 0, twin, late=late)
+        difference = None
+        if is_difference(angle, self.block):
+            x, y = (self.text(arg).text for arg in angle.args)
+            difference = x, y
+        return Sine(self.text(angle).text, difference, *names)
+
+    def _at_hand(self, angle: Node) -> bool:
+        return angle in self.block.loads or all(arg in self.block.loads for arg in angle.args)
 
 
 def is_difference(angle: Node, block: Block) -> bool:

@@ -10,7 +10,7 @@ from eomgen.backends.numpy import template
 from eomgen.backends.numpy.printer import NumPyPrinter
 from eomgen.backends.package import init_source, package_files
 from eomgen.ir.expr import LEAVES, Node
-from eomgen.ir.program import Block, Place, Program, Step, Turns, parts
+from eomgen.ir.program import Block, Program, Step, Turns, parts
 from eomgen.ir.schedule import order
 from eomgen.ir.statements import Indices, Text, is_difference
 from eomgen.model import Model
@@ -122,75 +122,101 @@ def _statements(block: Block, printer: NumPyPrinter, indices: Indices) -> list[s
     product is written over an operand that has no other use, if no library keeps that for derivatives and it depends
     on every argument that the other one depends on: then it has the shape of the result.
     """
-    nodes = order(block)
-    turned = {node: node.args[0] for node in nodes if node.op in ("sin", "cos") and is_difference(node.args[0], block)}
-    uses = Counter([*(arg for node in nodes for arg in node.args), *(store.node for store in block.stores)])
-    uses.subtract(turned.values())
-    left = dict(uses)
-    texts: dict[Node, Text] = {}
-    least: dict[Node, frozenset[str]] = {}  # the arguments a value certainly depends on
-    most: dict[Node, frozenset[str]] = {}  # and those it may depend on
-    free: list[str] = []
-    entering = sorted({place.array for place in block.loads.values()} & printer.carried)
-    lines = [f"{printer.load(array, '0')} = {array}[0]" for array in entering]
-    count = 0
-
-    def element(place: Place) -> str:
-        return printer.load(place.array, indices.at(place))
-
-    def text_of(node: Node) -> Text:
-        if node not in texts:
-            place = block.loads.get(node)
-            texts[node] = printer.constant(node) if place is None else Text(element(place), 3, 0, node)
-            array = "" if place is None else "p" if place.array == "c" else place.array
-            least[node] = ARGUMENTS & {array}
-            most[node] = least[node] if array in {"", *ARGUMENTS} else ARGUMENTS
-        return texts[node]
-
-    def new_name() -> str:
-        nonlocal count
-        if free:
-            return free.pop()
-        count += 1
-        return f"t{count - 1}"
-
-    def depends(node: Node, args: Iterable[Node]) -> None:
-        least[node] = frozenset().union(*(least[arg] for arg in args))
-        most[node] = frozenset().union(*(most[arg] for arg in args))
-
-    for node in nodes:
-        args = node.args
-        if node in texts or not uses[node]:
-            continue
-        if node in turned:
-            x, y = (text_of(arg).text for arg in turned[node].args)
-            twins = node.graph.sin(args[0]), node.graph.cos(args[0])
-            sine, cosine = (new_name() if twin in turned else "_" for twin in twins)
-            for twin, name in zip(twins, (sine, cosine), strict=True):
-                if twin in turned:
-                    texts[twin] = Text(name, 3, 0, twin)
-                    depends(twin, turned[node].args)
-            coordinates = all(block.loads[arg].array == "q" for arg in turned[node].args)
-            lines.append(printer.turn(sine, cosine, x, y, coordinates))
-            continue
-        text = printer.operation(node, [text_of(arg) for arg in args]).text
-        depends(node, args)
-        targets = {"add": args, "mul": args, "sub": args[:1]}.get(node.op, ())
-        spare = [arg for arg in targets if uses[arg] == 1 and arg.op in UNRECORDED and least[arg] == most[node]]
-        over = spare[0] if spare else None
-        for arg in args:
-            left[arg] -= 1
-            if not left[arg] and arg not in block.loads and arg.op not in LEAVES and arg is not over:
-                free.append(texts[arg].text)
-        if over:
-            (other,) = (texts[arg].text for arg in args if arg is not over)
-            name = texts[over].text
-            lines.append(f"{name} {SIGNS[node.op]}= {other}")
-        else:
-            name = new_name()
-            lines.append(f"{name} = {text}")
-        texts[node] = Text(name, 3, 0, node)
+    writer = _Writer(block, printer, indices)
+    for node in order(block):
+        writer.write(node)
     for store in block.stores:
-        target, value = f"{store.place.array}[{indices.at(store.place)}]", text_of(store.node).text
-        lines.append(f"{target} = {target} + {value}" if store.add else f"{target} = {value}")
-    return lines
+        target, value = f"{store.place.array}[{indices.at(store.place)}]", writer.text(store.node).text
+        writer.lines.append(f"{target} = {target} + {value}" if store.add else f"{target} = {value}")
+    return writer.lines
+
+
+class _Writer:
+    """Writes the statements of a block, operation by operation.
+
+    Attributes:
+        lines: the statements so far.
+    """
+
+    def __init__(self, block: Block, printer: NumPyPrinter, indices: Indices) -> None:
+        self.block, self.printer, self.indices = block, printer, indices
+        nodes = order(block)
+        sines = [node for node in nodes if node.op in ("sin", "cos")]
+        self.turned = {node: node.args[0] for node in sines if is_difference(node.args[0], block)}
+        self.uses = Counter([*(arg for node in nodes for arg in node.args), *(store.node for store in block.stores)])
+        self.uses.subtract(self.turned.values())
+        self.left = self.uses.copy()
+        self.texts: dict[Node, Text] = {}
+        self.least: dict[Node, frozenset[str]] = {}  # the arguments a value certainly depends on
+        self.most: dict[Node, frozenset[str]] = {}  # and those it may depend on
+        self.free: list[str] = []
+        self.count = 0
+        entering = sorted({place.array for place in block.loads.values()} & printer.carried)
+        self.lines = [f"{printer.load(array, '0')} = {array}[0]" for array in entering]
+
+    def text(self, node: Node) -> Text:
+        """The text of a value that is written, loaded or constant."""
+        if node not in self.texts:
+            place = self.block.loads.get(node)
+            if place is None:
+                self.texts[node] = self.printer.constant(node)
+            else:
+                self.texts[node] = Text(self.printer.load(place.array, self.indices.at(place)), 3, 0, node)
+            array = "" if place is None else "p" if place.array == "c" else place.array
+            self.least[node] = ARGUMENTS & {array}
+            self.most[node] = self.least[node] if array in {"", *ARGUMENTS} else ARGUMENTS
+        return self.texts[node]
+
+    def write(self, node: Node) -> None:
+        """Writes the statement of a value, if it has one that is not written yet."""
+        if node in self.texts or not self.uses[node]:
+            return
+        if node in self.turned:
+            self._turn(node)
+            return
+        text = self.printer.operation(node, [self.text(arg) for arg in node.args]).text
+        self._depends(node, node.args)
+        over = self._spare(node)
+        for arg in node.args:
+            self.left[arg] -= 1
+            if not self.left[arg] and arg not in self.block.loads and arg.op not in LEAVES and arg is not over:
+                self.free.append(self.texts[arg].text)
+        if over:
+            (other,) = (self.texts[arg].text for arg in node.args if arg is not over)
+            name = self.texts[over].text
+            self.lines.append(f"{name} {SIGNS[node.op]}= {other}")
+        else:
+            name = self._name()
+            self.lines.append(f"{name} = {text}")
+        self.texts[node] = Text(name, 3, 0, node)
+
+    def _turn(self, node: Node) -> None:
+        """Sine and cosine of a difference of loaded values."""
+        angle = node.args[0]
+        x, y = (self.text(arg).text for arg in angle.args)
+        twins = node.graph.sin(angle), node.graph.cos(angle)
+        sine, cosine = (self._name() if twin in self.turned else "_" for twin in twins)
+        for twin, name in zip(twins, (sine, cosine), strict=True):
+            if twin in self.turned:
+                self.texts[twin] = Text(name, 3, 0, twin)
+                self._depends(twin, angle.args)
+        coordinates = all(self.block.loads[arg].array == "q" for arg in angle.args)
+        self.lines.append(self.printer.turn(sine, cosine, x, y, coordinates))
+
+    def _spare(self, node: Node) -> Node | None:
+        """The operand over which a sum or product may be written."""
+        targets = {"add": node.args, "mul": node.args, "sub": node.args[:1]}.get(node.op, ())
+        for arg in targets:
+            if self.uses[arg] == 1 and arg.op in UNRECORDED and self.least[arg] == self.most[node]:
+                return arg
+        return None
+
+    def _name(self) -> str:
+        if self.free:
+            return self.free.pop()
+        self.count += 1
+        return f"t{self.count - 1}"
+
+    def _depends(self, node: Node, args: Iterable[Node]) -> None:
+        self.least[node] = frozenset().union(*(self.least[arg] for arg in args))
+        self.most[node] = frozenset().union(*(self.most[arg] for arg in args))
