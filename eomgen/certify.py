@@ -26,6 +26,7 @@ from eomgen.ir.interpret import Label, Operators, evaluate
 from eomgen.ir.program import Array, parts
 from eomgen.scene import Scene
 
+FAR = 8  # rad: back ends correct differences of angles from here on for their rounding
 TIGHT = 80  # bits that an enclosure must share with the exact value
 MOST_BITS = 1 << 13
 CONDITION_BITS = 1 << 12  # for condition numbers up to 1e600
@@ -190,13 +191,15 @@ class Exact:
         """How many eps it moves if the result of every operation does: what rounding does to the method as written.
 
         The sum above, over the operations in place of the arguments (Linnainmaa 1976; at first order). A difference of
-        angles of which only sines and cosines are taken counts as 8 rad at most: back ends lose no more of it.
+        angles of which only sines and cosines are taken counts as `FAR` at most: back ends lose no more of it.
         """
         nodes, given = self._expressions(name, state)
         operations = [node for node in reachable(nodes) if node.args]
         other = {arg for node in operations if node.op not in ("sin", "cos") for arg in node.args}
         turns = {node for node in operations if node.op == "sub" and all(arg in given for arg in node.args)} - other
-        return _moved(nodes, given, operations, lambda node, value: min(abs(value), 8 if node in turns else abs(value)))
+        return _moved(
+            nodes, given, operations, lambda node, value: min(abs(value), FAR if node in turns else abs(value))
+        )
 
     def mass_conditions(self, state: State) -> tuple[float, float]:
         """κ₂ of the mass matrix as it is, and scaled to a diagonal of ones."""

@@ -7,6 +7,7 @@ prints a table.
 
 import math
 import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -17,6 +18,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
+from eomgen import certify
+from eomgen.backends.numpy.runtime import _gufunc
 
 try:
     import flint
@@ -403,6 +407,13 @@ def test_other_operations(builds):
 def test_compiles_without_warnings(builds):
     for build in builds:  # what the compiler says of its own flags does not count
         assert "eomgen_real.h" not in build.log and "sincos_check.c" not in build.log, build.log
+
+
+def test_far_is_the_same_everywhere():
+    """From where differences are corrected in C and NumPy, and what the certified bound takes for granted."""
+    header = (RUNTIME / "eomgen_real.h").read_text(encoding="utf-8")
+    limit = re.search(r"#define EOM_DIFFERENCE (\S+)", header).group(1)
+    assert math.nextafter(float.fromhex(limit), math.inf) == _gufunc.FAR == certify.FAR
 
 
 # ---- by hand -----------------------------------------------------------------------------------------------

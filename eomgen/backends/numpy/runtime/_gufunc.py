@@ -12,6 +12,7 @@ import math
 import numpy
 
 LINE_BYTES = 64  # of a cache
+FAR = 8  # rad: differences of angles from here on are corrected for their rounding
 
 
 class Function:
@@ -274,24 +275,24 @@ def pivot_inverse(xp, pivot, reference):
 
 
 def all_small(xp, q):
-    """Whether no difference of two coordinates can reach 8; false where that is not known (not NumPy)."""
-    return xp is numpy and bool(numpy.abs(q).max(initial=0) < 4)
+    """Whether no difference of two coordinates can be far; false where that is not known (not NumPy)."""
+    return xp is numpy and bool(numpy.abs(q).max(initial=0) < FAR / 2)
 
 
 def sincos_difference(xp, x, y, small):
-    """Sine and cosine of x - y: of x - y rounded where that is below 8, beyond corrected for the rounding.
+    """Sine and cosine of x - y: of x - y rounded where that is not far, beyond corrected for the rounding.
 
     Args:
         xp: the array namespace.
         x, y: the angles.
-        small: whether it is known that every |x - y| is below 8.
+        small: whether it is known that no |x - y| is far.
     """
     turn = x - y
     sine, cosine = xp.sin(turn), xp.cos(turn)
     if small:
         return sine, cosine
     size = xp.abs(turn)
-    below = size < 8
+    below = size < FAR
     if xp is numpy and below.all():
         return sine, cosine
     rest = x - turn
