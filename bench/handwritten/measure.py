@@ -22,14 +22,6 @@ from bench.peers import harness, mechanism
 HERE = Path(__file__).resolve().parent
 
 
-def aligned(shape):
-    """An empty array that starts on a cache line."""
-    size = int(np.prod(shape))
-    raw = np.empty(size + 8)
-    start = -raw.ctypes.data % 64 // 8
-    return raw[start : start + size].reshape(shape)
-
-
 class Chain:
     """The compiled code for `links` links and the parameters of one chain."""
 
@@ -64,7 +56,7 @@ class Scalar(Chain):
 
     @staticmethod
     def rows(array):
-        out = aligned(array.shape)
+        out = harness.aligned(array.shape)
         out[...] = array
         return out
 
@@ -76,7 +68,7 @@ class Simd(Chain):
 
     @staticmethod
     def rows(array):
-        out = aligned(array.shape[::-1])
+        out = harness.aligned(array.shape[::-1])
         out[...] = array.T
         return out
 

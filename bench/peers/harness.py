@@ -101,6 +101,14 @@ def compile_c(sources, folder, flags=(), compiler="gcc", name="peer"):
     return ctypes.CDLL(str(library))
 
 
+def aligned(shape):
+    """An empty array that starts on a cache line."""
+    size = int(np.prod(shape))
+    raw = np.empty(size + 8)
+    start = -raw.ctypes.data % 64 // 8
+    return raw[start : start + size].reshape(shape)
+
+
 def pointer(array):
     """The address of a contiguous array for ctypes."""
     assert array.flags.c_contiguous
