@@ -217,6 +217,32 @@ def test_nothing_is_written_beside_the_result(links: int, build: Callable[..., M
         assert np.isnan(memory[16 + size * links :]).all()
 
 
+@pytest.mark.parametrize("dtype", ["float64", "float32"])
+@pytest.mark.parametrize("size", [16384, 16385, 16392])
+def test_large_results_in_columns(size: int, dtype: str) -> None:
+    """Many rows go past the cache where they have whole lines, wherever in one they begin; nothing beside them changes."""
+    links, width = 16, 64 // np.dtype(dtype).itemsize
+    module = eomgen.compile(
+        eomgen.chain(links, "rigid"), "articulated", functions=["forward_dynamics"], dtypes=("float64", "float32")
+    )
+    states = random_state(module, 1, (size,))
+    q, v, u, p = (x.astype(dtype) for x in (states.q, states.v, states.u, module.p))
+    expected = module.forward_dynamics(q, v, u, p)
+    columns = [np.asfortranarray(x) for x in (q, v, u)]
+    for offset in (0, 1, 2, width - 1, width):
+        memory = np.full(size * links + 3 * width, np.nan, dtype)
+        start = -memory.ctypes.data % 64 // memory.itemsize + offset
+        out = memory[start : start + size * links].reshape(links, size).T
+        module.forward_dynamics(*columns, p, out=out)
+        assert same(out, expected)
+        assert np.isnan(memory[:start]).all()
+        assert np.isnan(memory[start + size * links :]).all()
+    columns[1] = out  # the result over an argument
+    columns[1][...] = v
+    module.forward_dynamics(*columns, p, out=columns[1])
+    assert same(columns[1], expected)
+
+
 GUARDED = """
 import ctypes, importlib, mmap, sys
 import numpy as np

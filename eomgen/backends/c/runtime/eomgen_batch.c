@@ -19,6 +19,7 @@
 
 enum { EOM_AHEAD = 64 }; /* states from those being used to those asked for, where lanes are adjacent */
 enum { EOM_LINE = 64 };  /* bytes that memory is asked for at once */
+enum { EOM_MANY_ROWS = 16, EOM_LARGE = 1 << 22 }; /* of results past the cache: elements of one; bytes of all operands */
 enum { EOM_MAX_INPUTS = 8, EOM_MAX_STREAMS = 4, EOM_STACK_BYTES = 16384 };
 enum { EOM_DOP853_ROWS = 13 }; /* twelve stages, and the end of a step */
 
@@ -71,6 +72,13 @@ static int eom_operands(const eom_function *f, char **args, const intptr_t *step
 /* In the line where what is ahead ends: that in which it begins is the last one of what was asked for before. It may lie
  * outside the array, where a prefetch is harmless and a pointer is not. */
 EOM_INLINE uintptr_t eom_ahead(const char *at, intptr_t bytes) { return (uintptr_t)at + (uintptr_t)bytes + EOM_LINE - 1; }
+
+#if EOM_LANES_F64 == 8 /* a vector, which is a line, past the cache; what says that all of them have been stored */
+#define EOM_STREAM(to, from) _mm512_stream_si512((void *)(to), (__m512i)(from))
+#define EOM_STREAMED() _mm_sfence()
+#else
+#define EOM_STREAMED() ((void)0)
+#endif
 
 #define EOM_UNROLLED _Pragma("GCC unroll 8")
 

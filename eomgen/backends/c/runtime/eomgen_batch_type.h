@@ -278,9 +278,35 @@ static intptr_t FN(eom_pitch)(const eom_operand *o)
     return pitch / (intptr_t)sizeof(SCALAR);
 }
 
-/* Blocks of `streams` vectors of states; lanes past the end repeat the last state. */
+/* Where results are wanted past the cache: the number of states before the first whose results begin a line; otherwise -1.
+ * Many rows of a large batch are more than the processor has requests for, and lines written whole need not be read. */
+static intptr_t FN(eom_before_line)(const eom_operand *result, intptr_t states, int total)
+{
+#ifdef EOM_STREAM
+    const intptr_t size = sizeof(SCALAR), past = (intptr_t)((uintptr_t)result->base % EOM_LINE);
+    int large = result->size >= EOM_MANY_ROWS && states >= EOM_LARGE / (total * size);
+    if (large && result->pitch && result->pitch * size % EOM_LINE == 0 && past % size == 0)
+        return (EOM_LINE - past) % EOM_LINE / size;
+#endif
+    (void)result, (void)states, (void)total;
+    return -1;
+}
+
+static void FN(eom_store_past)(const eom_operand *o, intptr_t state, const VECTOR *from, int streams)
+{
+#ifdef EOM_STREAM
+    char *to = o->base + state * o->step;
+    const intptr_t next = o->columns > 1 ? o->column : o->row;
+    for (int i = 0; i < o->size; i++, to += next, from += streams)
+        for (int h = 0; h < streams; h++) EOM_STREAM(to + h * sizeof(VECTOR), from[h]);
+#else
+    (void)o, (void)state, (void)from, (void)streams;
+#endif
+}
+
+/* Blocks of `streams` vectors of states; lanes past the end repeat the last state. past: store results past the cache. */
 static void FN(eom_run_lanes)(const eom_function *f, const eom_kernels *k, const eom_operand *operand, intptr_t states,
-                              const SCALAR *p, const SCALAR *c, int streams, SCALAR *buffer)
+                              const SCALAR *p, const SCALAR *c, int streams, int past, SCALAR *buffer)
 {
     const intptr_t whole = streams * EOM_WIDTH;
     const eom_operand *result = &operand[f->inputs + 1];
@@ -311,9 +337,13 @@ static void FN(eom_run_lanes)(const eom_function *f, const eom_kernels *k, const
             else if (operand[i].step != 0)
                 FN(eom_load_whole)(&operand[i], block, copies[i], streams);
         kernel(inputs, places, p, c, result->pitch ? (SCALAR *)result->base + block : out, work);
-        if (!result->pitch) FN(eom_store_whole)(result, block, copies[f->inputs], streams);
+        if (past)
+            FN(eom_store_past)(result, block, copies[f->inputs], streams);
+        else if (!result->pitch)
+            FN(eom_store_whole)(result, block, copies[f->inputs], streams);
         for (int i = 0; i <= f->inputs; i++) places[i].next += advance[i];
     }
+    if (past) EOM_STREAMED();
     if (block == states) return;
     int count[EOM_MAX_STREAMS];
     intptr_t first[EOM_MAX_STREAMS];
@@ -370,7 +400,14 @@ void FN(eom_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps
 #if EOM_WIDTH > 1
     if (lanes > 1) {
         for (int i = 0; i < f->inputs + 2; i++) operand[i].pitch = FN(eom_pitch)(&operand[i]);
-        FN(eom_run_lanes)(f, k, operand, states, p, c, streams, buffer);
+        intptr_t before = FN(eom_before_line)(&operand[f->inputs + 1], states, total);
+        if (before >= 0) {
+            FN(eom_run_one)(f, k, operand, 0, before, p, c, 0, buffer);
+            for (int i = 0; i < f->inputs + 2; i++) operand[i].base += before * operand[i].step;
+            operand[f->inputs + 1].pitch = 0;
+            states -= before;
+        }
+        FN(eom_run_lanes)(f, k, operand, states, p, c, streams, before >= 0, buffer);
     } else
 #endif
         FN(eom_run_one)(f, k, operand, 0, states, p, c, fresh, buffer);
