@@ -220,7 +220,7 @@ def test_nothing_is_written_beside_the_result(links: int, build: Callable[..., M
 @pytest.mark.parametrize("dtype", ["float64", "float32"])
 @pytest.mark.parametrize("size", [16384, 16385, 16392])
 def test_large_results_in_columns(size: int, dtype: str) -> None:
-    """Many rows go past the cache where they have whole lines, wherever in one they begin; nothing beside them changes."""
+    """Many rows go past the cache in whole lines, wherever in one they begin; nothing beside them changes."""
     links, width = 16, 64 // np.dtype(dtype).itemsize
     module = eomgen.compile(
         eomgen.chain(links, "rigid"), "articulated", functions=["forward_dynamics"], dtypes=("float64", "float32")
