@@ -27,7 +27,7 @@ SYMBOLS = ("angle", "rate", "acceleration", "torque", "length", "length_rate", "
 FORCES = ("spring", "joint_spring", "spring_energy")  # of a link; also arrays, for links that differ in springs
 SPRING_NAMES = frozenset(SPRINGS)
 NUMBERS = "numbers"  # the array of folded numbers that differ between links of a kind
-MANY_KINDS = 24  # with more, tips are no kind of their own: their loops are faster, but take time to compile
+MANY_GROUPS = 24  # with more, tips are no kind of their own: that is faster, but takes time to compile
 RUNS_PER_KIND = 2  # with more, on average, a loop per kind whose iterations take turns is shorter than one per run
 Outputs = dict[str, tuple[str, dict[int, int]]]  # result name -> array, and link -> index in it
 
@@ -109,7 +109,7 @@ class Groups:
 def groups(mechanism: Mechanism) -> Groups:
     """The links in runs where there are few of them, otherwise by kind."""
     found = _groups(mechanism, tips=True)
-    return found if len(found.members) <= MANY_KINDS else _groups(mechanism, tips=False)
+    return found if len(found.members) <= MANY_GROUPS else _groups(mechanism, tips=False)
 
 
 def _groups(mechanism: Mechanism, tips: bool) -> Groups:
@@ -167,7 +167,7 @@ class _Run:
         symbols: the stand-in for each of them.
         tables: for every stand-in symbol its array and, by link, its index.
         numbers: folded numbers that differ between the links.
-        root, tip: whether the links have no parent, no children.
+        root: whether the links have no parent.
         computed: nodes that blocks so far have computed -> position of the block.
     """
 
@@ -181,7 +181,7 @@ class _Run:
         common = set.intersection(*map(set, numbers.values()))
         self.members = members
         self.forces = [name for name, given in zip(FORCES, (along, joint, along or joint), strict=True) if given]
-        self.root, self.tip = scene.parents[members[0]] < 0, not scene.children[members[0]]
+        self.root = scene.parents[members[0]] < 0
         self.computed: dict[Node, int] = {}
         self.numbers: list[float] = []
         values: dict[str, Node] = {}

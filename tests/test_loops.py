@@ -136,7 +136,7 @@ def test_random_trees_in_turns(seed: int, monkeypatch: pytest.MonkeyPatch) -> No
 @pytest.mark.parametrize("seed", range(12))
 def test_random_trees_of_many_kinds(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of which tips are none of their own."""
-    monkeypatch.setattr(loops, "MANY_KINDS", 0)
+    monkeypatch.setattr(loops, "MANY_GROUPS", 0)
     monkeypatch.setattr(loops, "RUNS_PER_KIND", seed % 2)
     assert_loops_are_exact((random_tree, mixed_tree)[seed % 2](seed), fold=seed % 5 == 0)
 
