@@ -20,7 +20,6 @@ GRAVITY = 9.81
 VARIABLE = tuple(model for model in LINK_TYPES if model != "rigid")
 ALONG = {"stiffness": 310.0, "rest_length": 0.45, "damping": 7.0}
 JOINT = {"joint_stiffness": 23.0, "joint_rest_angle": 0.35, "joint_damping": 1.7}
-VARYING = ("free", "prescribed")
 Changes = Mapping[int, Mapping[str, Any]]
 
 
@@ -87,7 +86,7 @@ def random_tree(links: int, seed: int = 1) -> Scene:
     # A length that moves no mass would make the scene singular, so tips do not hang.
     hanging = [i for i in range(links) if i in parents and numbers.random() < 0.3]
     springs = [
-        numbers.choice(({}, JOINT, ALONG, {**ALONG, **JOINT}) if length in VARYING else ({}, JOINT))
+        numbers.choice(({}, JOINT, ALONG, {**ALONG, **JOINT}) if isinstance(length, str) else ({}, JOINT))
         for length in lengths
     ]
     return tree("random_tree", parents, models, lengths, hanging, changes=dict(enumerate(springs)))

@@ -21,11 +21,10 @@ from eomgen.frontends.mechanism import LinkSymbols, Mechanism
 from eomgen.functions import FUNCTIONS, inputs
 from eomgen.ir.expr import Graph, Node, reachable
 from eomgen.ir.program import Array, Block, Inner, Place, Program, Step, Store, needed, parts, straight, take_turns
-from eomgen.scene import SPRINGS
+from eomgen.scene import ALONG, IN_JOINT, SPRINGS
 
 SYMBOLS = ("angle", "rate", "acceleration", "torque", "length", "length_rate", "length_acceleration", "force")
 FORCES = ("spring", "joint_spring", "spring_energy")  # of a link; also arrays, for links that differ in springs
-SPRING_NAMES = frozenset(SPRINGS)
 NUMBERS = "numbers"  # the array of folded numbers that differ between links of a kind
 MANY_GROUPS = 24  # with more, tips are no kind of their own: that is faster, but takes time to compile
 RUNS_PER_KIND = 2  # with more, on average, a loop per kind whose iterations take turns is shorter than one per run
@@ -119,7 +118,7 @@ def _groups(mechanism: Mechanism, tips: bool) -> Groups:
     runs: list[list[int]] = []
     last: tuple[object, ...] = ()
     for i, (link, parent) in enumerate(zip(scene.links, scene.parents, strict=True)):
-        names = tuple(short for short, _, _ in link.parameters if short not in SPRING_NAMES)
+        names = tuple(short for short, _, _ in link.parameters if short not in SPRINGS)
         kind = (link.model, link.mode, link.hangs, names, parent < 0, tips and not scene.children[i])
         kinds.setdefault(kind, []).append(i)
         here = (*kind, parent >= 0 and len(scene.children[parent]) > 1)
@@ -153,9 +152,8 @@ class _Parent:
 
 def _springs(names: Iterable[str]) -> tuple[frozenset[str], frozenset[str]]:
     """Those of some parameters that are of springs and dampers along a link, and in its joint."""
-    springs = SPRING_NAMES.intersection(names)
-    joint = frozenset(name for name in springs if name.startswith("joint"))
-    return springs - joint, joint
+    given = frozenset(names)
+    return given.intersection(ALONG), given.intersection(IN_JOINT)
 
 
 class _Run:
@@ -411,12 +409,12 @@ class _Builder:
     def _zero_sums(self, w: int, walk: Walk) -> None:
         """Sums over several children start at zero, and over none, where tips are no kind of their own, they are."""
         added = {self.scene.parents[i] for run in self.runs if self._adds(walk, run) for i in run.members} - {-1}
+        flowing = [(run, k) for number, run, k in self.flowing if number == w]
         if walk.upward:
-            entered = (run for run in self.runs if any((w, run, k) in self.flowing for k in range(len(walk.names))))
-            added |= {i for run in entered for i in run.members if not self.scene.children[i]}
+            added |= {i for run, _ in flowing for i in run.members if not self.scene.children[i]}
         if added:
-            flowing = [k for k in range(len(walk.names)) if any((w, run, k) in self.flowing for run in self.runs)]
-            self.blocks.append(_zeros([self._flow_array(w, walk, k) for k in flowing], sorted(added), self.graph))
+            arrays = [self._flow_array(w, walk, k) for k in sorted({k for _, k in flowing})]
+            self.blocks.append(_zeros(arrays, sorted(added), self.graph))
 
     def _adds(self, walk: Walk, run: _Run) -> bool:
         """Whether what flows out of a run is added to what comes from other children."""

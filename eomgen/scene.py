@@ -65,8 +65,9 @@ QUANTITIES = {
 }
 
 _HEAD = ("name", "parent", "model", "hangs", "length")  # keys of every link, as a scene file shows them
-_ALONG = ("stiffness", "rest_length", "damping")
-SPRINGS = (*_ALONG, "joint_stiffness", "joint_rest_angle", "joint_damping")
+ALONG = ("stiffness", "rest_length", "damping")  # springs and dampers along a link
+IN_JOINT = ("joint_stiffness", "joint_rest_angle", "joint_damping")
+SPRINGS = (*ALONG, *IN_JOINT)
 _SPRING_OF_REST = {"rest_length": "stiffness", "joint_rest_angle": "joint_stiffness"}
 _ITEM = {"masses": "mass", "fractions": "fraction"}  # masses -> mass1, mass2, ...
 
@@ -491,7 +492,7 @@ def _check_length(link: AnyLink, label: str) -> None:
     _check_number(length, "length", QUANTITIES["length"], label)
     if isinstance(link, Rigid) and link.length <= 0:
         raise SceneError(f"{label}length = {link.length!r} is not positive; a rigid length must be > 0")
-    for key in _ALONG:
+    for key in ALONG:
         if getattr(link, key) != 0:
             advice = "only a free or prescribed length has a spring or damper along it: leave the key out"
             raise SceneError(f"{label}{key} = {shown(getattr(link, key))} on a fixed length; {advice}")

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from bench.cases import ALONG, CASES, JOINT, VARYING, State, line, random_state, tree
+from bench.cases import ALONG, CASES, JOINT, State, line, random_state, tree
 from bench.cases import random_tree as every_kind
 from eomgen import backends, choice, functions, loops, passes, pipeline
 from eomgen.backends import BACKENDS
@@ -76,7 +76,7 @@ def test_folded_numbers(case: str) -> None:
 def springs(numbers: random.Random, length: Length | None) -> dict[str, float]:
     """Springs and dampers of a link at random, in its joint and, where its length varies, along it."""
     sets: list[dict[str, float]] = [JOINT, {"joint_damping": 0.8}]
-    if length in VARYING:
+    if isinstance(length, str):
         sets += [ALONG, {**ALONG, **JOINT}, {"stiffness": 90.0, "joint_stiffness": 4.0}]
     return numbers.choice(sets)
 

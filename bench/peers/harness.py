@@ -101,12 +101,13 @@ def compile_c(sources, folder, flags=(), compiler="gcc", name="peer"):
     return ctypes.CDLL(str(library))
 
 
-def aligned(shape):
-    """An empty array that starts on a cache line."""
-    size = int(np.prod(shape))
-    raw = np.empty(size + 8)
+def aligned(array):
+    """A copy that starts on a cache line, row-major."""
+    raw = np.empty(array.size + 8)
     start = -raw.ctypes.data % 64 // 8
-    return raw[start : start + size].reshape(shape)
+    found = raw[start : start + array.size].reshape(array.shape)
+    found[...] = array
+    return found
 
 
 def pointer(array):

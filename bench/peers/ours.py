@@ -70,12 +70,9 @@ def make(eomgen, case):
     function, n = getattr(module, options.function), case.q.shape[1]
     columns = (3 * n,) if options.function == "jacobian" else ()
     order = "F" if options.layout == "batch" else "C"
-    arrays = [np.array(a) for a in (case.q, case.v, case.u)]
-    out = np.empty((len(case.q), n, *columns))
+    arrays, out = [np.array(a) for a in (case.q, case.v, case.u)], np.empty((len(case.q), n, *columns))
     if order == "F":  # as the hand-written code gets them
-        arrays, out = [harness.aligned(a.shape[::-1]).T for a in arrays], harness.aligned(out.shape[::-1]).T
-        for array, a in zip(arrays, (case.q, case.v, case.u), strict=True):
-            array[...] = a
+        *arrays, out = (harness.aligned(a.T).T for a in (*arrays, out))
     state, answer = [a[0].copy() for a in (case.q, case.v, case.u)], np.empty((n, *columns))
     call = partial(function, *arrays, module.p, out=out)
     note = f"arrays {'batch-contiguous' if order == 'F' else 'row-major'}"

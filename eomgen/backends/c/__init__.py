@@ -28,7 +28,7 @@ def facts(portable: bool, programs: Sequence[Program]) -> dict[str, Any]:
     tools = _build.selected(portable)
     return {
         "compiler": tools.version,
-        "flags": " ".join([_build.level(programs), *tools.flags]),
+        "flags": " ".join([_build.optimisation(programs), *tools.flags]),
         "cython": _build._version("cython"),
         "numpy": _build._version("numpy"),
     }
@@ -42,4 +42,4 @@ def build(folder: Path, model: Model, portable: bool) -> None:
     """
     for name, text in _build.runtime_files().items():
         (folder / "csrc" / name).write_text(text, encoding="utf-8")
-    _build.build(folder, model.name, _build.level(model.programs), _build.selected(portable))
+    _build.build(folder, model.name, _build.optimisation(model.programs), _build.selected(portable))

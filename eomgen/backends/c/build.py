@@ -16,7 +16,7 @@ import subprocess
 import sys
 import sysconfig
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -29,7 +29,8 @@ RUNTIME = Path(__file__).parent / "runtime"
 COMMON = ("-std=gnu11", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden")
 MANY_TURNS = 100  # loops that take turns
 LOG = "build.log"
-PARTS = (1, 2)  # of <name>.c: scalars with all else, vectors; of eomgen_batch.c: double, the other types
+PARTS = ("-DEOM_PART=1", "-DEOM_PART=2")  # <name>.c: scalars with all else, vectors; eomgen_batch.c: double, the rest
+BATCH = ("batch1.o", "batch2.o")
 
 
 @dataclass(frozen=True)
@@ -124,7 +125,7 @@ def _version(package: str) -> str:
         return "absent"
 
 
-def level(programs: Sequence[Program]) -> str:
+def optimisation(programs: Sequence[Program]) -> str:
     """How much to optimise. Many short loops that take turns gain nothing by -O2 and take a third longer to compile."""
     steps = (step for program in programs for step in program.blocks if isinstance(step, Turns))
     return "-O1" if sum(len(step.parts) for step in steps) > MANY_TURNS else "-O2"
@@ -137,20 +138,16 @@ def build(folder: Path, name: str, level: str, tools: Toolchain) -> None:
         BuildError: a step failed; the message names the log, which is kept.
     """
 
-    kernels = [f"kernel{part}.o" for part in PARTS]
+    kernels = ("kernel1.o", "kernel2.o")
     with ThreadPoolExecutor(3) as pool:
         wrapper = pool.submit(_wrapper, tools)
-        compiling = [
-            pool.submit(_compile, folder, tools, f"csrc/{name}.c", made, level, f"-DEOM_PART={part}")
-            for part, made in zip(PARTS, kernels, strict=True)
-        ]
-        for step in compiling:
-            step.result()
+        for part in _parts(pool, folder, tools, f"csrc/{name}.c", kernels, (level, level)):
+            part.result()
         objects = wrapper.result()
     suffix = sysconfig.get_config_var("EXT_SUFFIX")
     shared = ["-bundle", "-undefined", "dynamic_lookup"] if sys.platform == "darwin" else ["-shared"]
-    parts = [*kernels, *(str(objects / f"{name}.o") for name in ("_kernel", *(f"batch{part}" for part in PARTS)))]
-    _run(folder, [*tools.command, *shared, *parts, "-lm", "-o", f"_kernel{suffix}"])
+    linked = [*kernels, *(str(objects / made) for made in ("_kernel.o", *BATCH))]
+    _run(folder, [*tools.command, *shared, *linked, "-lm", "-o", f"_kernel{suffix}"])
     for made in kernels:
         (folder / made).unlink()
     (folder / LOG).unlink()
@@ -167,16 +164,21 @@ def _wrapper(tools: Toolchain) -> Path:
     def make(folder: Path) -> None:
         cache.write(folder, files)
         with ThreadPoolExecutor(2) as pool:
-            compiling = [
-                pool.submit(_compile, folder, tools, "eomgen_batch.c", f"batch{part}.o", level, f"-DEOM_PART={part}")
-                for part, level in zip(PARTS, ("-O2", "-O1"), strict=True)
-            ]
+            compiling = _parts(pool, folder, tools, "eomgen_batch.c", BATCH, ("-O2", "-O1"))
             _run(folder, [sys.executable, "-m", "cython", "-3", "_kernel.pyx", "-o", "_kernel.c"])
             _compile(folder, tools, "_kernel.c", "_kernel.o", "-O1", *include)
-            for step in compiling:
-                step.result()
+            for part in compiling:
+                part.result()
 
     return cache.publish(cache.folder() / "wrapper" / key, make)
+
+
+def _parts(
+    pool: Executor, folder: Path, tools: Toolchain, source: str, made: Sequence[str], levels: Sequence[str]
+) -> list[Future[None]]:
+    """Compiles the parts of a C file side by side."""
+    each = zip(made, levels, PARTS, strict=True)
+    return [pool.submit(_compile, folder, tools, source, *options) for options in each]
 
 
 def _compile(folder: Path, tools: Toolchain, source: str, made: str, *options: str) -> None:

@@ -88,7 +88,8 @@ class CPrinter:
                 continue
             a, b = product.factors
             addend = other.text if not minus or flip else f"-{wrapped(other, 3)}"
-            return Text(f"F{'NMA' if flip else 'MA'}({a}, {b}, {addend})", 3, 1 + max(left.depth, right.depth), node)
+            function = "FNMA" if flip else "FMA"
+            return Text(f"{function}({a}, {b}, {addend})", 3, 1 + max(left.depth, right.depth), node)
         return None
 
     def assign(self, name: str, text: str) -> str:
