@@ -21,6 +21,7 @@ from eomgen.passes import hoist
 SOLVERS = ("auto", "dense", "articulated")
 LINKS_PER_GROUP = 2  # on average; with smaller groups the loops are longer than what they replace
 LOOPED_FROM = 8  # links; from there on loops run as fast as straight-line code and compile several times faster
+LOOPED_JACOBIAN = 16  # coordinates; from there on the same is true of the Jacobian
 DENSE_PAIRS = 1000  # products of a dense elimination; beyond, the recursion always has fewer operations
 MOST_STRAIGHT_LINKS = 60  # for functions that have no loops: their text grows like n³
 MOST_DENSE_LINKS = 300  # a method that writes every pair of links down
@@ -48,11 +49,13 @@ def programs(equations: Equations, names: Sequence[str], looped: bool | None, so
         return [functions.program(equations, name) for name in names]
     walking = isinstance(equations, ArticulatedEquations)
     repeats = _repeats(equations.mechanism) if looped is None else looped
+    few = looped is None and len(equations.q) < LOOPED_JACOBIAN
     if repeats and solver == "dense" and (looped or walking):
         raise OptionError("the dense solver cannot be written as loops; use solver 'articulated' or loops=False")
     found: list[Program] = []
     for name in names:
-        if repeats and not (name == "forward_dynamics" and solver == "dense"):
+        straight = (name == "forward_dynamics" and solver == "dense") or (name == "jacobian" and few)
+        if repeats and not straight:
             found.append(_looped(equations, name, looped))
         else:
             found.append(_straight(equations, name, solver))

@@ -53,7 +53,7 @@ FUNCTIONS: dict[str, Function] = {
     ),
     "joints": Function("qw", lambda n, k, m: (m, 2), lambda e: flatten(e.joints), "far-end position of every link, m"),
     "jacobian": Function(
-        "qvuw", lambda n, k, m: (n, -1), sensitivity.jacobian, "accelerations by (q, v, u)", default=False
+        "qvuw", lambda n, k, m: (n, 3 * n), sensitivity.jacobian, "accelerations by (q, v, u)", default=False
     ),
     "parameter_jacobian": Function(
         "qvuw", lambda n, k, m: (n, -1), sensitivity.parameter_jacobian, "accelerations by p", default=False

@@ -1,4 +1,4 @@
-"""Programs with loops over links, for long chains and large trees: the walks of the articulated method.
+"""Programs with loops over links, for long chains and large trees: the walks of the recursion.
 
 Links are gathered in groups of one kind. The steps of a group are built once, on stand-in symbols, and become a
 block with as many iterations as the group has links; what flows between links, and what one walk leaves for the
@@ -6,29 +6,61 @@ next, is put into arrays indexed by link (the pass `carry` shortens those it can
 row, a group is such a run, and a walk is one loop after the other. Where they do not, a group has all links of a kind,
 and the loops of a walk take turns in the order of the links. So the text grows with the number of kinds, not with the
 number of links. Springs make no kind: where links of a group differ in them, small loops before the walks leave each
-link's spring forces in arrays.
+link's spring forces in arrays. Walks that solve for the columns of a matrix have a loop around them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 from operator import attrgetter
 
+from eomgen import linearised
 from eomgen.frontends import articulated
 from eomgen.frontends.articulated import Flow, Ground, Results, Walk
 from eomgen.frontends.mechanism import LinkSymbols, Mechanism
 from eomgen.functions import FUNCTIONS, inputs
 from eomgen.ir.expr import Graph, Node, reachable
-from eomgen.ir.program import Array, Block, Inner, Place, Program, Step, Store, needed, parts, straight, take_turns
+from eomgen.ir.program import (
+    Array,
+    Block,
+    Inner,
+    Place,
+    Program,
+    Rounds,
+    Step,
+    Store,
+    Turns,
+    needed,
+    parts,
+    straight,
+    take_turns,
+)
 from eomgen.scene import ALONG, IN_JOINT, SPRINGS
 
 SYMBOLS = ("angle", "rate", "acceleration", "torque", "length", "length_rate", "length_acceleration", "force")
 FORCES = ("spring", "joint_spring", "spring_energy")  # of a link; also arrays, for links that differ in springs
+STIFF = (("stiffness", "damping"), ("joint_stiffness", "joint_damping"))  # parameters along and in the joint; the same
+COLUMNS = "columns"  # the array of a matrix that walks solve for, column by column
 NUMBERS = "numbers"  # the array of folded numbers that differ between links of a kind
 MANY_GROUPS = 24  # with more, tips are no kind of their own: that is faster, but takes time to compile
 RUNS_PER_KIND = 2  # with more, on average, a loop per kind whose iterations take turns is shorter than one per run
 Outputs = dict[str, tuple[str, dict[int, int]]]  # result name -> array, and link -> index in it
+
+
+@dataclass(frozen=True)
+class Product:
+    """An element of a matrix for every coordinate and those of the links above.
+
+    Attributes:
+        above, below: names of the vectors whose product it is.
+        places: where it goes: array, first index, and what the coordinate below and the one above add to it.
+    """
+
+    above: str
+    below: str
+    places: tuple[tuple[str, int, int, int], ...]
 
 
 @dataclass(frozen=True)
@@ -38,14 +70,18 @@ class Looped:
     Attributes:
         walks: makes the walks.
         outputs: where the results of the links go.
-        add: the results of all links are summed.
-        pairs: the elements of the mass matrix for pairs of links follow the walks.
+        zeros: an array that starts at zero.
+        add: the results that go there are added.
+        products: elements for pairs of links, by the number of coordinates.
+        before: the number of walks before these.
     """
 
     walks: Callable[[Ground], list[Walk]]
     outputs: Callable[[Mechanism], Outputs]
+    zeros: str = ""
     add: bool = False
-    pairs: bool = False
+    products: Callable[[int], list[Product]] = lambda n: []
+    before: int = 0
 
 
 def _links(mechanism: Mechanism, index: Callable[[int], int], array: str = "out") -> tuple[str, dict[int, int]]:
@@ -61,20 +97,74 @@ def _prescribed(mechanism: Mechanism) -> Outputs:
     return {"length": ("out", {i: k for k, i in enumerate(mechanism.scene.prescribed)})}
 
 
+def _vectors(mechanism: Mechanism, names: Iterable[str]) -> Outputs:
+    """Two arrays for every vector, by coordinate."""
+    return {
+        f"{vector} {axis} of {coordinate}": (_axis(vector, axis), indices)
+        for coordinate, (_, indices) in _coordinates(mechanism).items()
+        for vector in names
+        for axis in AXES
+    }
+
+
+def _axis(vector: str, axis: str) -> str:
+    return f"{vector.replace(' ', '_')}_{axis}"
+
+
 def _matrix(mechanism: Mechanism) -> Outputs:
     n = len(mechanism.symbols.q)
-    found: Outputs = {}
-    for name, (_, indices) in _coordinates(mechanism).items():
-        found[name] = "out", {i: (n + 1) * index for i, index in indices.items()}
-        found |= {f"{vector.replace('_', ' ')} of {name}": (vector, indices) for vector in VECTORS}
-    return found
+    diagonal = {
+        name: ("out", {i: (n + 1) * index for i, index in indices.items()})
+        for name, (_, indices) in _coordinates(mechanism).items()
+    }
+    return diagonal | _vectors(mechanism, ("end", "force"))
 
 
-VECTORS = ("end_x", "end_y", "force_x", "force_y")
+def _jacobian(mechanism: Mechanism) -> Outputs:
+    """The matrix to solve for, column by column, n elements each; then the solutions as columns of the result."""
+    n, scene = len(mechanism.symbols.q), mechanism.scene
+    own = {name: indices for name, (_, indices) in _coordinates(mechanism).items()}
+    rows = {**own, "parent angle": {i: parent for i, parent in enumerate(scene.parents) if parent >= 0}}
+    columns = dict(rows)
+    for name, indices in rows.items():
+        columns["rate" if name == "angle" else f"{name} rate"] = {i: n + index for i, index in indices.items()}
+    for name, coordinate in (("torque", "angle"), ("force", "length")):
+        columns[name] = {i: 2 * n + index for i, index in own[coordinate].items()}
+    found: Outputs = {
+        f"{row} by {column}": (COLUMNS, {i: n * at[i] + index for i, index in indices.items() if i in at})
+        for row, indices in rows.items()
+        for column, at in columns.items()
+    }
+    found |= _vectors(mechanism, ("end", "force", "load", "shift", "rate load", "rate shift"))
+    return found | {
+        f"{name} by {side}": ("out", {i: 3 * n * index + k * n for i, index in indices.items()})
+        for name, indices in own.items()
+        for k, side in enumerate(linearised.SIDES)
+    }
+
+
+def _jacobian_products(n: int) -> list[Product]:
+    return [
+        product
+        for start, rate in ((0, ""), (n * n, "rate "))
+        for product in (
+            Product("end", f"{rate}load", ((COLUMNS, start, n, 1),)),
+            Product(f"{rate}shift", "force", ((COLUMNS, start, 1, n),)),
+        )
+    ]
+
+
+AXES = ("x", "y")
 LOOPED: dict[str, Looped] = {
     "forward_dynamics": Looped(articulated.forward_dynamics, _coordinates),
     "inverse_dynamics": Looped(articulated.newton_euler, lambda mechanism: _coordinates(mechanism, "torque")),
-    "mass_matrix": Looped(articulated.composite_bodies, _matrix, pairs=True),
+    "mass_matrix": Looped(
+        articulated.composite_bodies,
+        _matrix,
+        zeros="out",
+        products=lambda n: [Product("end", "force", (("out", 0, 1, n), ("out", 0, n, 1)))],
+        before=1,
+    ),
     "bias": Looped(articulated.no_accelerations, _coordinates),
     "energy": Looped(
         articulated.energy,
@@ -82,6 +172,7 @@ LOOPED: dict[str, Looped] = {
             "kinetic": _links(mechanism, lambda i: 0, "sum"),
             "potential": _links(mechanism, lambda i: 1, "sum"),
         },
+        zeros="sum",
         add=True,
     ),
     "prescribed_forces": Looped(articulated.newton_euler, _prescribed),
@@ -89,6 +180,7 @@ LOOPED: dict[str, Looped] = {
         articulated.joints,
         lambda mechanism: {"x": _links(mechanism, lambda i: 2 * i), "y": _links(mechanism, lambda i: 2 * i + 1)},
     ),
+    "jacobian": Looped(linearised.jacobian, _jacobian, zeros=COLUMNS, add=True, products=_jacobian_products, before=3),
 }
 
 
@@ -179,6 +271,7 @@ class _Run:
         common = set.intersection(*map(set, numbers.values()))
         self.members = members
         self.forces = [name for name, given in zip(FORCES, (along, joint, along or joint), strict=True) if given]
+        self.forces += [name for names, given in zip(STIFF, (along, joint), strict=True) for name in names if given]
         self.root = scene.parents[members[0]] < 0
         self.computed: dict[Node, int] = {}
         self.numbers: list[float] = []
@@ -204,7 +297,10 @@ class _Run:
         self._tabulate(mechanism, [(node, _Value(short)) for short, node in values.items() if short in common])
         for name in self.forces:
             node = graph.symbol(f"{link.name}.{name}")
-            setattr(self.symbols, name, node)
+            if name in FORCES:
+                setattr(self.symbols, name, node)
+            else:
+                values[name] = node
             self.tables[node] = (name, {i: i for i in members})
         if parent is not None:
             above = [(parent.angle, attrgetter("parent.angle")), (parent.rate, attrgetter("parent.rate"))]
@@ -236,6 +332,7 @@ class _Builder:
     def __init__(self, mechanism: Mechanism, name: str) -> None:
         self.mechanism, self.name, self.scene = mechanism, name, mechanism.scene
         self.looped, self.function = LOOPED[name], FUNCTIONS[name]
+        self.size = len(mechanism.symbols.q)
         self.graph = Graph()
         self.shared: dict[Node, tuple[str, int]] = {}
         gravity = self.graph.zero
@@ -261,28 +358,32 @@ class _Builder:
 
     def build(self) -> Program:
         """The program."""
-        n, k, m = len(self.mechanism.symbols.q), len(self.mechanism.symbols.w), len(self.mechanism.links)
+        k, m = len(self.mechanism.symbols.w), len(self.mechanism.links)
         outputs = self.looped.outputs(self.mechanism)
-        output = Array("out", self.function.shape(n, k, m), "output")
-        size = max(n, len(outputs))
-        self.scratch |= {name: Array(name, (size,), "work") for name, _ in outputs.values() if name != "out"}
-        if self.looped.add or self.looped.pairs:
-            name = "sum" if self.looped.add else "out"
-            self.blocks.append(_zeros([name], range(len(outputs) if self.looped.add else output.size), self.graph))
+        output = Array("out", self.function.shape(self.size, k, m), "output")
+        for array in dict.fromkeys(array for array, _ in outputs.values() if array != "out"):
+            size = 1 + max(max(indices.values(), default=0) for name, indices in outputs.values() if name == array)
+            self.scratch[array] = Array(array, (size,), "work")
+        if self.looped.zeros:
+            size = {**self.scratch, "out": output}[self.looped.zeros].size
+            self.blocks.append(_zeros([self.looped.zeros], range(size), self.graph))
         walks, steps = self._steps()
         starts: list[int] = []
         for w, walk in enumerate(walks):
+            first = len(self.blocks)
             self._zero_sums(w, walk)
             starts.append(len(self.blocks))
             for run, (flow, results) in zip(self._order(walk), steps[w], strict=True):
                 self._block(w, walk, run, flow, results, outputs)
-        if self.looped.pairs:
-            self.blocks.append(self._pairs(n))
-        if self.looped.add:
+            if walk.columns:
+                self.blocks[first:] = [replace(block, rounds=self.size) for block in self.blocks[first:]]
+            if w + 1 == self.looped.before:
+                self.blocks.append(self._pairs(self.looped.products(self.size)))
+        if "sum" in self.scratch:
             sums = [self.graph.symbol(f"sum of {name}") for name in outputs]
             loads = {node: Place("sum", (i,)) for i, node in enumerate(sums)}
             self.blocks.append(straight("sums", loads, [("out", i, node) for i, node in enumerate(sums)]))
-        blocks = list(self._merged(walks, starts))
+        blocks = list(_in_rounds(self._merged(walks, starts)))
         return Program(
             name=self.name,
             doc=self.function.doc,
@@ -292,7 +393,7 @@ class _Builder:
             scratch=tuple(self.scratch.values()),
         )
 
-    def _merged(self, walks: list[Walk], starts: list[int]) -> Iterator[Step]:
+    def _merged(self, walks: list[Walk], starts: list[int]) -> Iterator[Block | Turns]:
         """The blocks with something to store, those of a walk merged where groups take turns."""
         blocks = [needed(block) for block in self.blocks]
         position = 0
@@ -321,9 +422,10 @@ class _Builder:
         for (names, _), members in alike.items():
             run = self._run(members)
             loads = {node: Place(array, [table[i] for i in members]) for node, (array, table) in run.tables.items()}
-            stores = [Store(Place(name, members), getattr(run.symbols, name)) for name in names]
+            nodes = [getattr(run.symbols, name) if name in FORCES else run.symbols.value(name) for name in names]
+            stores = [Store(Place(name, members), node) for name, node in zip(names, nodes, strict=True)]
             blocks.append(needed(Block(f"springs of {self._title(run)}", loads, tuple(stores), len(members))))
-        for name in FORCES:
+        for name in (*FORCES, *STIFF[0], *STIFF[1]):
             if name in wanted:
                 self.scratch[name] = Array(name, (len(self.scene.links),), "work")
         if self.numbers:
@@ -332,28 +434,29 @@ class _Builder:
             blocks.insert(0, straight("numbers of the links", {}, values))
         return blocks
 
-    def _pairs(self, n: int) -> Block:
-        """The elements of the mass matrix for every coordinate and those of the links above.
+    def _pairs(self, products: Sequence[Product]) -> Block:
+        """Elements of a matrix for every coordinate and those of the links above.
 
         The coordinates above one are a list: the angle of the parent, its length, the angle of its own parent, ...
         """
-        scene = self.scene
+        scene, n = self.scene, self.size
         length = {i: len(scene.links) + k for k, i in enumerate(scene.free)}
         links = [*range(len(scene.links)), *scene.free]
         first = [scene.parents[i] for i in links]
         following = [length.get(i, first[i]) for i in range(len(scene.links))] + first[len(scene.links) :]
         zeros, every = (0,) * n, range(n)
         loads: dict[Node, Place] = {}
-        for name in VECTORS:
-            above = name.startswith("end")
-            loads[self.graph.symbol(name)] = Place(name, zeros, every) if above else Place(name, every)
-        x, y, force_x, force_y = loads
-        element = x * force_x + y * force_y
-        rows = range(0, n * n, n)
-        places = Place("out", every, rows), Place("out", rows, every)
-        return Block(
-            "pairs of links", loads, tuple(Store(place, element) for place in places), n, Inner(first, following)
-        )
+        stores: list[Store] = []
+        for product in products:
+            above = [self.graph.symbol(_axis(product.above, axis)) for axis in AXES]
+            below = [self.graph.symbol(_axis(product.below, axis)) for axis in AXES]
+            loads |= {node: Place(node.name, zeros, every) for node in above}
+            loads |= {node: Place(node.name, every) for node in below}
+            element = self.graph.sum(x * y for x, y in zip(above, below, strict=True))
+            for array, start, low, high in product.places:
+                place = Place(array, range(start, start + low * n, low), range(0, high * n, high))
+                stores.append(Store(place, element))
+        return Block("pairs of links", loads, tuple(stores), n, Inner(first, following))
 
     def _order(self, walk: Walk) -> list[_Run]:
         return self.runs[::-1] if walk.upward else self.runs
@@ -429,7 +532,13 @@ class _Builder:
             if node.op == "symbol" and node not in self.shared:
                 source = {i: i if walk.upward else self.scene.parents[i] for i in run.members}
                 run.tables[node] = (self._flow_array(w, walk, k), source)
-        loads = {node: Place(array, tuple(table[i] for i in visit)) for node, (array, table) in run.tables.items()}
+        moving = _moving(self.size) if walk.columns else {}
+        if walk.columns:
+            run.tables |= self._right(run)
+        loads = {
+            node: Place(array, tuple(table[i] for i in visit), moving.get(array, ()))
+            for node, (array, table) in run.tables.items()
+        }
         loads |= {node: Place(array, (index,) * len(visit)) for node, (array, index) in self.shared.items()}
         stores: list[Store] = []
         reached, add = self._targets(walk, run), self._adds(walk, run)
@@ -440,16 +549,28 @@ class _Builder:
                 stores.append(Store(place, node, add))
         for name, node in results.items():
             target, indices = outputs.get(name, ("", {}))
-            if visit[0] in indices:
-                place = Place(target, tuple(indices[i] for i in visit))
-                stores.append(Store(place, node, self.looped.add))
-        loads |= self._kept(run, [store.node for store in stores], loads, visit)
-        wanted = [*(store.node for store in stores), *results.values()]
+            add = self.looped.add and target == self.looped.zeros
+            if visit[0] in indices and not (add and node is self.graph.zero):
+                place = Place(target, tuple(indices[i] for i in visit), moving.get(target, ()))
+                stores.append(Store(place, node, add))
+        stored = [store.node for store in stores]
+        wanted = [*stored, *results.values()]
+        loads |= self._kept(run, wanted if walk.columns else stored, loads, visit)
         for node in reachable(wanted, loads):
             if node.args and node not in loads:
                 run.computed.setdefault(node, len(self.blocks))
         title = f"{self._title(run)}, {_direction(walk)}"
         self.blocks.append(Block(title, loads, tuple(stores), len(visit)))
+
+    def _right(self, run: _Run) -> dict[Node, tuple[str, dict[int, int]]]:
+        """Where the right-hand sides of the first round are found."""
+        found: dict[Node, tuple[str, dict[int, int]]] = {}
+        for coordinate, (_, indices) in _coordinates(self.mechanism).items():
+            if run.members[0] in indices:
+                for k, side in enumerate(linearised.SIDES):
+                    table = {i: k * self.size**2 + index for i, index in indices.items()}
+                    found[linearised.right(run.symbols, coordinate, side)] = COLUMNS, table
+        return found
 
     def _kept(self, run: _Run, wanted: list[Node], loads: Mapping[Node, Place], visit: list[int]) -> dict[Node, Place]:
         """Loads for what earlier blocks of the run have computed; they are made to store it.
@@ -477,6 +598,20 @@ class _Builder:
         if self.merged and len(run.members) > 1:
             return f"{first} and {len(run.members) - 1} more of its kind"
         return first if first == last else f"{first} to {last}"
+
+
+def _in_rounds(steps: Iterable[Block | Turns]) -> Iterator[Step]:
+    """The steps, those that belong to rounds together."""
+    for count, group in groupby(steps, key=lambda step: step.parts[0].rounds):
+        if count > 1:
+            yield Rounds("column by column", tuple(group), count)
+        else:
+            yield from group
+
+
+def _moving(n: int) -> dict[str, range]:
+    """What the number of a round adds to the index of a right-hand side, and of a result."""
+    return {COLUMNS: range(0, n * n, n), "out": range(n)} if n > 1 else {}
 
 
 def _direction(walk: Walk) -> str:

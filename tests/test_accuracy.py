@@ -211,14 +211,15 @@ def test_singular_states_are_nan_and_raise(accuracy: str, compiled: Compiled) ->
 def test_loops(accuracy: str, most: float) -> None:
     """A tree in loops computes what the straight-line code of standard accuracy does."""
     scene = tree("branches12", (-1, 0, 1, 1, 3, 4, 4, 6, 7, 8, 9, 9), ("rigid", "point-masses") * 6)
-    names = ["forward_dynamics", "mass_matrix", "energy"]
+    names = ["forward_dynamics", "mass_matrix", "energy", "jacobian"]
     looped = pipeline.compile(scene, "articulated", loops=True, accuracy=accuracy, functions=names)
     straight = pipeline.compile(scene, "articulated", "numpy", loops=False, functions=names)
     states = random_state(scene, 4, (20,))
     for name in names:
         letters = functions.FUNCTIONS[name].arguments
         found, expected = (getattr(m, name)(*states.of(letters), m.p) for m in (looped, straight))
-        assert abs(found - expected).max() <= most * abs(expected).max(), name
+        rounded = 10 if name == "jacobian" else 1  # of straight-line code, which is the less accurate there
+        assert abs(found - expected).max() <= rounded * most * abs(expected).max(), name
 
 
 @pytest.mark.parametrize("options", [{"steps": 20}, {"steps": 20, "method": "dop853", "rtol": 1e-6}], ids=str)

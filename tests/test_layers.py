@@ -31,10 +31,11 @@ MAY_IMPORT: dict[str, set[str]] = {
     "models": {"backends", "errors"},
     "frontends": {"errors", "ir", "links", "scene"},
     "sensitivity": {"frontends", "ir"},
+    "linearised": {"frontends", "ir"},
     "functions": {"errors", "ir", "sensitivity"},
     "regularity": {"errors", "frontends", "ir"},
     "symbolic": {"errors", "frontends", "ir"},
-    "loops": {"frontends", "functions", "ir", "scene"},
+    "loops": {"frontends", "functions", "ir", "linearised", "scene"},
     "choice": {"passes", "errors", "frontends", "functions", "ir", "loops"},
     "pipeline": {
         "backends",

@@ -22,7 +22,7 @@ from eomgen.functions import FUNCTIONS
 from eomgen.ir.count import program_operations
 from eomgen.ir.equations import Equations
 from eomgen.ir.interpret import PrimeField, run
-from eomgen.ir.program import Program, Turns, parts
+from eomgen.ir.program import Program, Rounds, Turns, parts
 from eomgen.ir.text import dump
 from eomgen.scene import LINK_TYPES, Length, Scene
 from tests.conftest import Compiled
@@ -52,7 +52,7 @@ def repeats(program: Program) -> bool:
 def assert_loops_are_exact(scene: Scene, fold: bool = False) -> None:
     """Every function as loops, before and after the passes, against the equations written out, in a prime field."""
     equations, field = articulated(scene, fold), PrimeField()
-    expected = exact_groups(results(equations))
+    expected = exact_groups({**results(equations), "jacobian": FUNCTIONS["jacobian"].build(equations)})
     found, hoisted = {}, {}
     for name in expected:
         program = loops.program(equations.mechanism, name)
@@ -173,6 +173,57 @@ def test_a_longer_chain() -> None:
         assert repeats(program)
         inputs = {a.name: [field.random(symbol) for symbol in a.symbols] for a in program.inputs}
         assert run(program, inputs, field) == expected[program.name]
+
+
+# The Jacobian, column by column
+
+
+def test_jacobian_of_many_coordinates_is_looped() -> None:
+    """Few are in closed form, which runs faster; a thousand links still are a short text."""
+    for links, model, looped in ((15, "rigid", False), (16, "rigid", True), (8, "point-masses", True)):
+        (program,) = pipeline.programs(articulated(chain(links, model)), ["jacobian"])
+        assert repeats(program) == looped
+        assert any(isinstance(step, Rounds) for step in program.blocks) == looped
+    assert choice.LOOPED_JACOBIAN == 16
+    (program,) = pipeline.programs(eomgen.derive(chain(1000, "rigid"), "matrix"), ["jacobian"])
+    assert program.output.shape == (1000, 3000)
+    assert len(dump(program)) < 30_000
+
+
+def test_jacobian_costs_the_square_of_the_links() -> None:
+    counts = []
+    for links in (50, 100, 200):
+        (program,) = pipeline.programs(articulated(chain(links, "rigid")), ["jacobian"])
+        counts.append(program_operations(program)["state"].total())
+    assert counts[2] / counts[1] == pytest.approx(4, rel=0.03)
+    assert counts[1] / counts[0] == pytest.approx(4, rel=0.06)
+
+
+def test_jacobian_solves_by_what_forward_dynamics_has_eliminated() -> None:
+    """No division is in the loop around the columns."""
+    for scene in (chain(20, "rigid"), chain(9, "elastic-rod"), chain(9, "point-masses"), every_kind(30)):
+        (program,) = pipeline.programs(articulated(scene), ["jacobian"], loops=True)
+        (rounds,) = (step for step in program.blocks if isinstance(step, Rounds))
+        inside = {node.op for block in rounds.parts for node in block.nodes() if node not in block.loads}
+        assert inside <= {"add", "sub", "mul", "neg", "constant"}
+        assert rounds.count == len(articulated(scene).q)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize(
+    "scene", [every_kind(12), chain(16, "rigid"), mixed_tree(3, 24)], ids=["kinds", "chain", "turns"]
+)
+def test_jacobian_compiled(backend: str, scene: Scene) -> None:
+    looped, unrolled = (
+        eomgen.compile(scene, "articulated", name, functions=["jacobian"], loops=form)
+        for name, form in ((backend, True), ("numpy", False))
+    )
+    states = random_state(scene, 3, (19,))
+    expected, found = (call(module, "jacobian", states) for module in (unrolled, looped))
+    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-9 * np.abs(expected).max())
+    if backend == "c":
+        alone = np.stack([call(looped, "jacobian", State(*(x[k] for x in states))) for k in range(19)])
+        assert alone.tobytes() == found.tobytes()
 
 
 # Compiled
@@ -559,7 +610,7 @@ def test_a_thousand_links_by_any_method(method: str) -> None:
     assert sum(len(dump(program)) for program in built) < 30_000
 
 
-@pytest.mark.parametrize("name", ["jacobian", "parameter_jacobian", "regressor"])
+@pytest.mark.parametrize("name", ["parameter_jacobian", "regressor"])
 def test_functions_without_loops(name: str) -> None:
     """A chain of middle length has them written out, a long one not; nor does one that must be loops."""
     message = rf"^{name} cannot be written as loops over links; allowed for \d+ links: forward_dynamics, "
@@ -641,4 +692,5 @@ def test_a_thousand_links_do_not_recurse() -> None:
 def test_every_function_is_looped_or_says_so() -> None:
     """What a scene has by default can be written as loops."""
     scene = CASES["walker_rods_prescribed"]
-    assert functions.select(articulated(scene), None) == list(loops.LOOPED)
+    assert functions.select(articulated(scene), None) == [name for name in loops.LOOPED if FUNCTIONS[name].default]
+    assert [name for name in loops.LOOPED if not FUNCTIONS[name].default] == ["jacobian"]

@@ -26,7 +26,7 @@ from eomgen.frontends.matrix import MatrixEquations
 from eomgen.frontends.mechanism import MechanismEquations
 from eomgen.frontends.recursive import RecursiveEquations
 from eomgen.ir.expr import Graph, Node
-from eomgen.ir.program import Array, Block, Inner, Place, Program, Store, Turns
+from eomgen.ir.program import Array, Block, Inner, Place, Program, Rounds, Store, Turns
 from eomgen.ir.statements import Text
 from eomgen.ir.verify import verify as verify_program
 from eomgen.verification import scaled_error, verify
@@ -471,6 +471,50 @@ def in_turns(found: dict[str, Any], order: Sequence[int]) -> dict[str, Any]:
     return {"blocks": (start, Turns("sums in turns", (part(0, 2), part(1)), tuple(order)), more)}
 
 
+def in_rounds(found: dict[str, Any], number: int = 1, count: int = 3, **changes: Any) -> dict[str, Any]:
+    """A matrix column by column, in each the products of q up to a row times an element of p; a block is changed."""
+    graph, every = Graph(), range(3)
+    q, x = graph.symbol("q"), graph.symbol("x")
+    start = Block("start", {x: Place("p", (0,), every)}, (Store(Place("sums", (0,)), x),), rounds=3)
+    walk = Block(
+        "walk",
+        {q: Place("q", every), x: Place("sums", every)},
+        (Store(Place("sums", (1, 2, 3)), q * x), Store(Place("out", (0, 3, 6), every), q * x)),
+        3,
+        rounds=3,
+    )
+    steps = [start, walk]
+    if changes:
+        steps[number] = replace(steps[number], **{key: value(steps[number]) for key, value in changes.items()})
+    blocks = (Rounds("columns", tuple(step for step in steps if step.stores), count),)
+    return {
+        "output": Array("out", (3, 3), "output"),
+        "constants": (),
+        "blocks": blocks,
+        "scratch": found["scratch"][1:],
+    }
+
+
+def moved(block: Block, array: str, *inner: int) -> dict[Node, Place]:
+    """The loads of a block, from other elements by rounds."""
+    return {
+        x: Place(array, place.indices, inner) if place.array == array else place for x, place in block.loads.items()
+    }
+
+
+def last_moved(block: Block, *inner: int, add: bool = False) -> tuple[Store, ...]:
+    """The stores of a block, the last one into other elements by rounds."""
+    first, last = block.stores
+    return first, replace(last, place=replace(last.place, inner=inner), add=add)
+
+
+def stored_before(found: dict[str, Any]) -> dict[str, Any]:
+    changed = in_rounds(found)
+    (rounds,) = changed["blocks"]
+    early = Block("early", {}, (Store(Place("sums", (3,)), rounds.steps[1].stores[0].node.graph.zero),))
+    return {**changed, "blocks": (early, rounds)}
+
+
 RULES: dict[str, tuple[Callable[[dict[str, Any]], dict[str, Any]], str]] = {
     "unknown operation": (extra(unknown_operation), "unknown operation 'tan'"),
     "operands": (extra(too_many_operands), "sin with 2 operands"),
@@ -521,11 +565,42 @@ RULES: dict[str, tuple[Callable[[dict[str, Any]], dict[str, Any]], str]] = {
         "out",
     ),
     "pair stored twice": (lambda f: paired(f, first=(0, 0, 0)), r"out\[0\]"),
-    "inner loop too long": (lambda f: paired(f, inner=Inner((-1, 0, 0), (-1, 0))), "3 indices of p for a list of 2"),
+    "inner loop too long": (
+        lambda f: paired(f, inner=Inner((-1, 0, 0), (-1, 0))),
+        "3 indices of p for 2 inside or around",
+    ),
     "inner loop without lists": (lambda f: paired(f, inner=Inner((0,), (-1, 0, 1))), "1 lists for 3 iterations"),
-    "no inner loop": (lambda f: paired(f, inner=None), "3 indices of p for a list of 0"),
+    "no inner loop": (lambda f: paired(f, inner=None), "3 indices of p for 0 inside or around"),
     "turns too early": (lambda f: in_turns(f, (1, 0, 0)), r"reads sums\[1\], which has no value"),
     "too few turns": (lambda f: in_turns(f, (0, 1)), r"the turns \{0: 1, 1: 1\} are not the iterations \{0: 2, 1: 1\}"),
+    "too few rounds": (lambda f: in_rounds(f, count=2), "block 'start' is not one of 2 rounds"),
+    "a round after another": (
+        lambda f: in_rounds(f, 0, stores=lambda b: ()),
+        r"'walk' reads sums\[0\], which has no value",
+    ),
+    "rounds after others": (stored_before, r"'columns' stores into \['sums'\] again"),
+    "a round reads outside": (
+        lambda f: in_rounds(f, 0, loads=lambda b: moved(b, "p", 0, 1, 3)),
+        r"'columns' reads p\[3\], which has no value",
+    ),
+    "a round stores outside": (
+        lambda f: in_rounds(f, stores=lambda b: last_moved(b, 0, 1, 3)),
+        "'columns' stores outside the 9 elements of out",
+    ),
+    "a round stores again": (
+        lambda f: in_rounds(f, stores=lambda b: last_moved(b, 0, 1, 1)),
+        "'columns' stores elements of out twice",
+    ),
+    "a round adds": (
+        lambda f: in_rounds(f, stores=lambda b: last_moved(b, 0, 1, 2, add=True)),
+        r"out\[0\] is added to before it has a value",
+    ),
+    "a round reads its results": (
+        lambda f: in_rounds(f, 0, loads=lambda b: {x: Place("out", (0,), range(3)) for x in b.loads}),
+        r"'columns' both loads and stores \['out'\] by rounds",
+    ),
+    "a list in a round": (lambda f: in_rounds(f, inner=lambda b: Inner((0,) * 3, (-1,) * 3)), "'walk' is not one of 3"),
+    "indices by rounds": (lambda f: in_rounds(f, 0, loads=lambda b: moved(b, "p", 0, 1)), "2 indices of p for 3"),
     "turns of nothing": (lambda f: in_turns(f, (0, 1, 2)), "are not the iterations"),
 }
 
@@ -534,6 +609,7 @@ def test_a_program_in_order() -> None:
     verify_program(program({}))
     verify_program(program(paired({})))
     verify_program(program(in_turns(parts(), (0, 1, 0))))
+    verify_program(program(in_rounds(parts())))
     for _, run_pass in passes.DEFAULT:
         verify_program(run_pass(program({})))
 

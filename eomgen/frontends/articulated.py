@@ -49,12 +49,14 @@ class Walk:
         names: names of the quantities that flow.
         start: what flows into a root link on a downward walk; an upward walk starts from zeros.
         step: maps a link and the inflow to the outflow and the results.
+        columns: walked once for every column of a matrix.
     """
 
     upward: bool
     names: tuple[str, ...]
     start: Flow
     step: Step
+    columns: bool = False
 
 
 def unroll(mechanism: Mechanism, walks: list[Walk]) -> list[Results]:
@@ -79,15 +81,18 @@ def unroll(mechanism: Mechanism, walks: list[Walk]) -> list[Results]:
     return results
 
 
-def forward_dynamics(ground: Ground, pivots: list[tuple[str, Node]] | None = None) -> list[Walk]:
+def forward_dynamics(
+    ground: Ground, pivots: list[tuple[str, Node]] | None = None, solved: dict[LinkSymbols, Solved] | None = None
+) -> list[Walk]:
     """Walks that give φ̈ and s̈ from the inputs.
 
     Args:
         ground: graph and gravity.
         pivots: collects the pivots by coordinate, in the order of elimination.
+        solved: collects the links with what the walks find.
     """
     zero = ground.graph.zero
-    solved: dict[LinkSymbols, _Solved] = {}
+    solved = {} if solved is None else solved
 
     def lift(link: LinkSymbols, below: Flow) -> tuple[Flow, Results]:
         solved[link] = (_Lumped if _is_lumped(link) else _General)(link, below)
@@ -96,7 +101,9 @@ def forward_dynamics(ground: Ground, pivots: list[tuple[str, Node]] | None = Non
         return solved[link].above, solved[link].kept
 
     def drop(link: LinkSymbols, joint: Flow) -> tuple[Flow, Results]:
-        return solved[link].accelerations(*joint)
+        solved[link].joint = joint
+        solved[link].end, solved[link].found = solved[link].accelerations(*joint)
+        return solved[link].end, solved[link].found
 
     return [
         Walk(True, ("inertia_p", "inertia_d", "inertia_e", "force_u", "force_n", "torque"), (), lift),
@@ -104,31 +111,42 @@ def forward_dynamics(ground: Ground, pivots: list[tuple[str, Node]] | None = Non
     ]
 
 
-class _Solved:
+class Solved:
     """A link whose own accelerations are eliminated.
 
     Attributes:
+        link: the link.
+        below: what flows in on the way up: Λ, b and the joint torques of the links below.
         above: Λ (p, d, e) and b (u, n) in the parent's axes, and the joint torque that the parent feels.
         pivots: the pivots by the coordinate they belong to, the first eliminated first.
         kept: what the way down needs and is computed on the way up, by any names.
+        driven: of it, what depends on the inputs.
+        joint, end, found: what flows in and out on the way down, and its results.
     """
 
     above: Flow
     pivots: dict[str, Node]
     kept: Results
+    driven: Flow
+    joint: Flow
+    end: Flow
+    found: Results
+
+    def __init__(self, link: LinkSymbols, below: Flow) -> None:
+        self.link, self.below = link, below
 
     def accelerations(self, u: Node, n: Node) -> tuple[Flow, Results]:
         """The far end's acceleration, and φ̈ and s̈, from the joint's acceleration in the parent's axes."""
         raise NotImplementedError
 
 
-def _to_parent(link: LinkSymbols, u: Node, n: Node) -> tuple[Node, Node]:
+def to_parent(link: LinkSymbols, u: Node, n: Node) -> tuple[Node, Node]:
     """A vector in the link's axes, in its parent's."""
     c, s = link.graph.cos(link.turn), link.graph.sin(link.turn)
     return c * u - s * n, s * u + c * n
 
 
-def _from_parent(link: LinkSymbols, u: Node, n: Node) -> tuple[Node, Node]:
+def from_parent(link: LinkSymbols, u: Node, n: Node) -> tuple[Node, Node]:
     """A vector in the parent's axes, in the link's."""
     c, s = link.graph.cos(link.turn), link.graph.sin(link.turn)
     return c * u + s * n, c * n - s * u
@@ -142,7 +160,7 @@ def _deviator_to_parent(link: LinkSymbols, d: Node, e: Node) -> tuple[Node, Node
     return cos2 * d - sin2 * e, cos2 * e + sin2 * d
 
 
-class _General(_Solved):
+class _General(Solved):
     """Any link: elimination of s̈ (if the length is free), then of φ̈, in link axes (u along, n across).
 
     With c the known part of the far end's acceleration and b' = b + Λ c the equations of the link are
@@ -152,8 +170,8 @@ class _General(_Solved):
     """
 
     def __init__(self, link: LinkSymbols, below: Flow) -> None:
+        super().__init__(link, below)
         p, d, e, below_along, below_across, torque = below
-        self.link = link
         k, L, L1 = link.moments, link.L, link.L1
         half, half1 = L / 2, L1 / 2
         along, across = p + d, p - d  # of 2 Λ
@@ -202,12 +220,13 @@ class _General(_Solved):
             left_n = _central(link, inverse) + across * (far / 2 * inverse)
             left_mixed = e * ((k.T - L * k.S) * inverse)
         turned = _deviator_to_parent(link, left_u - left_n, left_mixed)
-        self.above = (left_u + left_n, *turned, *_to_parent(link, force_along, force_across), effort)
+        self.above = (left_u + left_n, *turned, *to_parent(link, force_along, force_across), effort)
         self.kept = {"turn": self.free_turn, "gain_u": self.gain_u, "gain_n": self.gain_n, "swing": swing}
+        self.driven = (self.free_turn, self.pushed) if link.free else (self.free_turn,)
 
     def accelerations(self, u: Node, n: Node) -> tuple[Flow, Results]:
         link = self.link
-        along, across = _from_parent(link, u, n)
+        along, across = from_parent(link, u, n)
         turn = self.free_turn - self.gain_u * along - self.gain_n * across
         results = {"angle": turn}
         end_along, end_across = along + self.end_along, across + self.end_across + link.L * turn
@@ -218,7 +237,7 @@ class _General(_Solved):
         return (end_along, end_across), results
 
 
-class _Lumped(_Solved):
+class _Lumped(Solved):
     """A free massless rod with point masses at fractions β of s: its inertia is the same in every direction.
 
     With z = (s̈ - s φ̇²) u + (s φ̈ + 2 ṡ φ̇) n, θ₁ = Σ m β, θ₂ = Σ m β², L = λ s and f = F u + (Q_φ/s) n the
@@ -226,8 +245,8 @@ class _Lumped(_Solved):
     """
 
     def __init__(self, link: LinkSymbols, below: Flow) -> None:
+        super().__init__(link, below)
         p, d, e, below_along, below_across, torque = below
-        self.link = link
         graph, scale, half = link.graph, link.L1, link.L1 / 2
         masses = [(b.mass, b.beta) for b in link.bodies]
         mass = graph.sum(m for m, _ in masses)
@@ -254,12 +273,12 @@ class _Lumped(_Solved):
         stiff = (far * second - scale * scale * apart) * inverse
         left = (2 * apart + far * p) * along_gain - far * square * deviation
         turned = _deviator_to_parent(link, stiff * d, stiff * e)
-        self.above = (left, *turned, *_to_parent(link, below_along + along, below_across + across), effort)
-        self.kept = {}
+        self.above = (left, *turned, *to_parent(link, below_along + along, below_across + across), effort)
+        self.kept, self.driven = {}, self.z
 
     def accelerations(self, u: Node, n: Node) -> tuple[Flow, Results]:
         link = self.link
-        along, across = _from_parent(link, u, n)
+        along, across = from_parent(link, u, n)
         pulled = _apply(self.gain, along, across)
         zu, zn = self.z[0] - pulled[0], self.z[1] - pulled[1]
         # s (1/s) is 1, or NaN where s vanishes: the state as a whole is singular there, not only its angle.
@@ -323,7 +342,7 @@ def inverse_dynamics(
     motion: dict[LinkSymbols, tuple[Node, ...]] = {}
 
     def drop(link: LinkSymbols, joint: Flow) -> tuple[Flow, Results]:
-        joint_along, joint_across = _from_parent(link, *joint)
+        joint_along, joint_across = from_parent(link, *joint)
         turn = link.acceleration if accelerated else zero
         slide = link.length_acceleration if (accelerated if link.free else moving) else zero
         square = link.rate * link.rate if moving else zero
@@ -340,7 +359,7 @@ def inverse_dynamics(
         force_across = k.m * across + k.S * turn + k.S1 * coriolis + end_across
         angle = k.S * across + k.T * turn + k.X * coriolis + link.L * end_across
         length = k.S1 * along + k.S2 * slide - k.X * square + link.L1 * end_along
-        above = _to_parent(link, force_along, force_across)
+        above = to_parent(link, force_along, force_across)
         torque = torque + angle
         spring, stretch = (link.joint_spring, link.spring) if springs else (zero, zero)
         results = {"angle": angle + (spring - sprung), "length": length + stretch, "torque": torque + spring}

@@ -2,9 +2,9 @@
 
 A `Program` computes one function. It is a list of blocks; a block evaluates its expressions and stores them.
 A block of count 1 is straight-line code; a larger count is a loop, in which element k of every index list
-belongs to iteration k. Loops can be merged into one whose iterations take turns. Blocks at the rate of the
-parameters come first, in a list of their own: they need p only, and leave what the others need of it in the
-array `c`.
+belongs to iteration k. Loops can be merged into one whose iterations take turns, and a loop can go around several
+steps. Blocks at the rate of the parameters come first, in a list of their own: they need p only, and leave what the
+others need of it in the array `c`.
 """
 
 from __future__ import annotations
@@ -56,7 +56,8 @@ class Place:
     Attributes:
         array: the array.
         indices: the index by iteration.
-        inner: what the iteration of the block's inner loop adds to it, by the value of its variable.
+        inner: what the loop inside the block's iterations, or the one around the block, adds to it by the value of
+            its variable.
     """
 
     array: str
@@ -64,7 +65,7 @@ class Place:
     inner: Sequence[int] = ()
 
     def index(self, k: int, i: int = 0) -> int:
-        """The index in iteration k, in iteration i of the inner loop."""
+        """The index in iteration k, in iteration i of the loop inside or around."""
         return self.indices[k] + self.inner[i] if self.inner else self.indices[k]
 
 
@@ -108,6 +109,7 @@ class Block:
         stores: what it leaves behind, in order.
         count: the number of iterations.
         inner: a loop inside every iteration.
+        rounds: how often a loop around it executes all of it, as part of a `Rounds`.
     """
 
     title: str
@@ -115,6 +117,7 @@ class Block:
     stores: tuple[Store, ...]
     count: int = 1
     inner: Inner | None = None
+    rounds: int = 1
 
     @property
     def parts(self) -> tuple[Block, ...]:
@@ -122,8 +125,8 @@ class Block:
 
     @property
     def looped(self) -> bool:
-        """Whether it is a loop."""
-        return self.count > 1 or self.inner is not None
+        """Whether it is a loop, or in one."""
+        return self.count > 1 or self.inner is not None or self.rounds > 1
 
     def iterations(self) -> Iterator[Iteration]:
         """Every execution in order: the block, the iteration and the variable of the inner loop."""
@@ -133,7 +136,7 @@ class Block:
 
     def times(self) -> int:
         """The number of executions."""
-        return self.count if self.inner is None else sum(1 for _ in self.iterations())
+        return self.count * self.rounds if self.inner is None else sum(1 for _ in self.iterations())
 
     def nodes(self) -> list[Node]:
         """Everything the block evaluates or loads, operands first."""
@@ -162,7 +165,33 @@ class Turns:
             done[turn] += 1
 
 
-Step = Block | Turns
+@dataclass(frozen=True)
+class Rounds:
+    """Steps with a loop around them. What one round leaves in work arrays is of no meaning to the next.
+
+    Attributes:
+        title: what is computed, for comments.
+        steps: what every round executes, in order; no loops inside iterations.
+        count: the number of rounds.
+    """
+
+    title: str
+    steps: tuple[Block | Turns, ...]
+    count: int
+
+    @property
+    def parts(self) -> tuple[Block, ...]:
+        return tuple(parts(self.steps))
+
+    def iterations(self) -> Iterator[Iteration]:
+        """Every execution in order, as of a block; the last number is the round."""
+        for i in range(self.count):
+            for step in self.steps:
+                for block, k, _ in step.iterations():
+                    yield block, k, i
+
+
+Step = Block | Turns | Rounds
 
 
 @dataclass(frozen=True)
@@ -227,7 +256,7 @@ def parts(steps: Iterable[Step]) -> Iterator[Block]:
     return (block for step in steps for block in step.parts)
 
 
-def take_turns(title: str, blocks: Sequence[Block], order: Sequence[int]) -> Step | None:
+def take_turns(title: str, blocks: Sequence[Block], order: Sequence[int]) -> Block | Turns | None:
     """The blocks with something to store, merged if they are several; None if there are none."""
     kept = [number for number, block in enumerate(blocks) if block.stores]
     if len(kept) < 2:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from eomgen.ir.expr import Node
-from eomgen.ir.program import Block, Place, Program, Store, Turns
+from eomgen.ir.program import Block, Place, Program, Rounds, Step, Store, Turns
 from eomgen.ir.statements import Sine, Text, arithmetic, infix, statements
 
 
@@ -45,15 +45,23 @@ def dump(program: Program) -> str:
     """A program as text: a line per statement, results last in each block.
 
     A loaded symbol stands under its own name, another value as array[index]; in a loop k is the iteration, i that of
-    a loop inside. Loops that take turns stand below their common title.
+    a loop inside or around. Loops that take turns, and steps with a loop around them, stand below their common title.
     """
     inputs = {array.name for array in program.inputs}
     lines = [f"{program.name} {program.signature}: {program.doc}"]
-    for step in (*program.constants, *program.blocks):
+    return "\n".join([*lines, *_steps((*program.constants, *program.blocks), inputs)])
+
+
+def _steps(steps: Sequence[Step], inputs: set[str]) -> list[str]:
+    lines: list[str] = []
+    for step in steps:
+        if isinstance(step, Rounds):
+            lines += [f"  {step.title}, i = 0..{step.count - 1}", *_steps(step.steps, inputs)]
+            continue
         if isinstance(step, Turns):
             lines.append(f"  {step.title}, {len(step.parts)} loops in turns")
         lines += [line for block in step.parts for line in _block(block, inputs)]
-    return "\n".join(lines)
+    return lines
 
 
 def _block(block: Block, inputs: set[str]) -> list[str]:
@@ -74,7 +82,7 @@ def _block(block: Block, inputs: set[str]) -> list[str]:
         return f"{place_text(store.place)} {'+=' if store.add else '='} {value.text}"
 
     found = statements(block, PlainPrinter(), name, put)
-    title = f"  {block.title}" + (f", k = 0..{block.count - 1}" if block.looped else "")
+    title = f"  {block.title}" + (f", k = 0..{block.count - 1}" if block.count > 1 or block.inner else "")
     if block.inner:
         title += f", i = {index(block.inner.first, 'k')}, then {index(block.inner.following, 'i')}"
     return [title, *(f"    {line}" for line in found)]

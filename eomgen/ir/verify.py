@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.ir.expr import BINARY, LEAVES, UNARY, Node
-from eomgen.ir.program import Block, Place, Program, Step, Store, Turns
+from eomgen.ir.program import Block, Place, Program, Rounds, Step, Store, Turns
 
 NOTHING, ZERO, VALUE = range(3)  # what an element of an array holds
 
@@ -29,7 +29,7 @@ def verify(program: Program, after: str = "") -> None:
         AssertionError: an operation is unknown, a symbol is not loaded, a graph is mixed with another, an index
             is out of its array, an element is read before it is written or written twice (but for a carried one and
             a zero that is replaced), an input is written, constants depend on more than p, an output element is
-            missing, or the turns of loops are not their iterations.
+            missing, the turns of loops are not their iterations, or a round needs what another one leaves.
     """
     try:
         _Check(program).run()
@@ -55,6 +55,9 @@ class _Check:
         assert not missing, f"{missing} elements of {self.program.output.name} are never stored"
 
     def _step(self, step: Step, reads: tuple[str, ...], writes: str) -> None:
+        if isinstance(step, Rounds):
+            self._rounds(step, reads, writes)
+            return
         for block in step.parts:
             self._block(block, reads, writes)
         if isinstance(step, Turns):
@@ -67,6 +70,39 @@ class _Check:
         else:
             for block, k, i in step.iterations():
                 self._once(block, k, i)
+
+    def _rounds(self, step: Rounds, reads: tuple[str, ...], writes: str) -> None:
+        """The first round like steps without a loop around them; in the others only what moves is different."""
+        blocks = step.parts
+        for block in blocks:
+            sound = block.rounds == step.count and block.inner is None
+            assert sound, f"block {block.title!r} is not one of {step.count} rounds"
+        moving = [place for block in blocks for place in block.loads.values() if place.inner]
+        stored = [store for block in blocks for store in block.stores if store.place.inner]
+        left = _arrays(place for block in blocks for place in _stores(block) if not place.inner)
+        both = _arrays(moving) & _arrays(store.place for store in stored)
+        assert not both, f"{step.title!r} both loads and stores {sorted(both)} by rounds"
+        before = [name for name in left if any(self.state[name])]
+        assert not before, f"{step.title!r} stores into {sorted(before)} again"
+        for part in step.steps:
+            self._step(part, reads, writes)
+        for place in moving:
+            self._loaded(step.title, place.array, _moved(place))
+        for store in stored:
+            at, state = _moved(store.place), np.frombuffer(self.state[store.place.array], np.uint8)
+            assert not store.add, f"{step.title!r} adds to {store.place.array} by rounds"
+            inside = at.min() >= 0 and at.max() < len(state)
+            assert inside, f"{step.title!r} stores outside the {len(state)} elements of {store.place.array}"
+            again = np.bincount(at).max() > 1 or state[at].any()
+            assert not again, f"{step.title!r} stores elements of {store.place.array} twice"
+            state[at] = VALUE
+
+    def _loaded(self, title: str, array: str, at: NDArray[np.intp]) -> None:
+        """Reads of some elements of an array."""
+        state = np.frombuffer(self.state[array], np.uint8)
+        outside = (at < 0) | (at >= len(state))
+        absent = at[outside | (state[np.where(outside, 0, at)] == NOTHING)]
+        assert not absent.size, f"block {title!r} reads {array}[{absent[0]}], which has no value"
 
     def _once(self, block: Block, k: int, i: int) -> None:
         """Reads and writes of one iteration."""
@@ -91,10 +127,7 @@ class _Check:
             return _array(place.indices)[k] + (_array(place.inner)[i] if place.inner else 0)
 
         for place in block.loads.values():
-            at, state = indices(place), np.frombuffer(self.state[place.array], np.uint8)
-            outside = (at < 0) | (at >= len(state))
-            absent = at[outside | (state[np.where(outside, 0, at)] == NOTHING)]
-            assert not absent.size, f"block {block.title!r} reads {place.array}[{absent[0]}], which has no value"
+            self._loaded(block.title, place.array, indices(place))
         for store in block.stores:
             at, state = indices(store.place), np.frombuffer(self.state[store.place.array], np.uint8)
             sound = at.size > 0 and at.min() >= 0 and at.max() < len(state) and np.bincount(at).max() == 1
@@ -109,13 +142,15 @@ class _Check:
         for node in block.nodes():
             if node not in block.loads:
                 self._node(node, block)
-        inner = len(block.inner.following) if block.inner else 0
+        inner = len(block.inner.following) if block.inner else block.rounds if block.rounds > 1 else 0
         if block.inner:
             assert len(block.inner.first) == block.count, f"{len(block.inner.first)} lists for {block.count} iterations"
         for place in (*block.loads.values(), *_stores(block)):
             assert place.array in self.arrays, f"block {block.title!r} names the unknown array {place.array!r}"
             assert len(place.indices) == block.count, f"{len(place.indices)} indices of {place.array} for {block.count}"
-            assert len(place.inner) in (0, inner), f"{len(place.inner)} indices of {place.array} for a list of {inner}"
+            assert len(place.inner) in (0, inner), (
+                f"{len(place.inner)} indices of {place.array} for {inner} inside or around"
+            )
         for place in block.loads.values():
             role = self.arrays[place.array].role
             allowed = role in reads or f"{role} {place.array}" in reads
@@ -141,6 +176,11 @@ class _Check:
                 again = before == VALUE and self.arrays[name].role != "carried"
                 assert not again, f"{name}[{index}] is stored twice"
             state[index] = VALUE if before else _stored(store)
+
+
+def _moved(place: Place) -> NDArray[np.intp]:
+    """The indices in all rounds but the first."""
+    return (_array(place.indices)[:, None] + _array(place.inner)[1:]).ravel()
 
 
 def _stores(block: Block) -> list[Place]:

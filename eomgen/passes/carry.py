@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Set
 from dataclasses import replace
 
-from eomgen.ir.program import Block, Place, Program, Step, Turns, parts
+from eomgen.ir.program import Block, Place, Program, Rounds, Step, Turns, parts
 
 
 def run(program: Program) -> Program:
@@ -17,8 +17,7 @@ def run(program: Program) -> Program:
     carried = {array.name for array in program.scratch if array.role == "work" and array.size > 1}
     for block in parts(program.blocks):
         carried -= {store.place.array for store in block.stores if store.add}
-        if block.inner is not None:
-            carried -= {place.array for place, _ in _places(block)}
+        carried -= {place.array for place, _ in _places(block) if block.inner is not None or place.inner}
     last: dict[str, int] = {}
     for place, index, stored in _accesses(program.blocks, carried):
         if stored:
@@ -34,8 +33,11 @@ def run(program: Program) -> Program:
         loads = {node: moved(at) for node, at in old.loads.items()}
         return replace(old, loads=loads, stores=tuple(replace(store, place=moved(store.place)) for store in old.stores))
 
-    def step(old: Step) -> Step:
+    def single(old: Block | Turns) -> Block | Turns:
         return replace(old, parts=tuple(map(changed, old.parts))) if isinstance(old, Turns) else changed(old)
+
+    def step(old: Step) -> Step:
+        return replace(old, steps=tuple(map(single, old.steps))) if isinstance(old, Rounds) else single(old)
 
     return replace(program, blocks=tuple(map(step, program.blocks)), scratch=tuple(scratch))
 
@@ -46,8 +48,14 @@ def _places(block: Block) -> list[tuple[Place, bool]]:
 
 
 def _accesses(steps: tuple[Step, ...], arrays: Set[str]) -> Iterator[tuple[Place, int, bool]]:
-    """Every access to some arrays in order: its place, the index there, whether it stores."""
+    """Every access to some arrays in order: its place, the index there, whether it stores.
+
+    Of rounds the first two, as nothing moves there that is in question.
+    """
     for step in steps:
+        if isinstance(step, Rounds):
+            yield from _accesses(2 * step.steps, arrays)
+            continue
         accesses = {
             id(block): [(place, stored) for place, stored in _places(block) if place.array in arrays]
             for block in step.parts

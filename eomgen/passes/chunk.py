@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from eomgen.ir.expr import Node
-from eomgen.ir.program import Array, Block, Place, Program, Step, Store, Turns, needed
+from eomgen.ir.program import Array, Block, Place, Program, Step, Store, needed
 from eomgen.ir.schedule import order
 from eomgen.ir.statements import is_difference
 
@@ -29,7 +29,7 @@ def _pieces(blocks: tuple[Step, ...], array: str, role: str, scratch: list[Array
     pieces: list[Step] = []
     size = 0
     for block in blocks:
-        if isinstance(block, Turns) or block.looped or len(nodes := order(block)) <= limit * 3 // 2:
+        if not isinstance(block, Block) or block.looped or len(nodes := order(block)) <= limit * 3 // 2:
             pieces.append(block)
             continue
         count = -(-len(nodes) // limit)

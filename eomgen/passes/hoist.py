@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from eomgen.ir.expr import LEAVES, Node
-from eomgen.ir.program import Array, Block, Place, Program, Step, Store, Turns, needed, parts, take_turns
+from eomgen.ir.program import Array, Block, Place, Program, Rounds, Step, Store, Turns, needed, parts, take_turns
 
 
 def run(program: Program) -> Program:
@@ -30,18 +30,23 @@ def run(program: Program) -> Program:
             places[node] = Place("c", tuple(range(size, size + block.count)))
             size += block.count
         early += tuple(Store(place, node) for node, place in places.items())
-        moved = needed(replace(block, title=f"constants of {block.title}", stores=early))
+        moved = needed(replace(block, title=f"constants of {block.title}", stores=early, rounds=1))
         return moved, needed(replace(block, loads={**block.loads, **places}, stores=late))
 
-    for step in program.blocks:
-        both = [split(block) for block in step.parts]
+    def hoisted(step: Block | Turns) -> Block | Turns | None:
+        """What is left of a step; the rest joins the constants."""
         order = step.order if isinstance(step, Turns) else ()
-        for steps, title, found in zip(
-            (constants, late), (f"constants of {step.title}", step.title), zip(*both, strict=True), strict=True
-        ):
-            merged = take_turns(title, found, order)
-            if merged is not None:
-                steps.append(merged)
+        early, late = zip(*map(split, step.parts), strict=True)
+        merged = take_turns(f"constants of {step.title}", early, order)
+        if merged is not None:
+            constants.append(merged)
+        return take_turns(step.title, late, order)
+
+    for step in program.blocks:
+        if isinstance(step, Rounds):
+            late.append(replace(step, steps=tuple(left for part in step.steps if (left := hoisted(part)) is not None)))
+        elif (left := hoisted(step)) is not None:
+            late.append(left)
     scratch = [replace(a, role="constants") if a.name in still_arrays else a for a in program.scratch]
     if size:
         scratch.insert(0, Array("c", (size,), "constants"))
@@ -62,11 +67,15 @@ def _still_arrays(program: Program) -> set[str]:
 
 
 def _still(block: Block, arrays: set[str]) -> set[Node]:
-    """The nodes of a block that depend on constants and p only, leaves included."""
+    """The nodes of a block that depend on constants and p only, leaves included.
+
+    An element that a loop inside or around moves is none, as its place is not known here.
+    """
     still: set[Node] = set()
     for node in block.nodes():
         if node in block.loads:
-            if block.loads[node].array == "p" or block.loads[node].array in arrays:
+            place = block.loads[node]
+            if not place.inner and (place.array == "p" or place.array in arrays):
                 still.add(node)
         elif all(arg in still for arg in node.args):
             still.add(node)

@@ -23,7 +23,7 @@ from pathlib import Path
 
 from eomgen.backends import cache
 from eomgen.errors import BuildError, one_line, shown
-from eomgen.ir.program import Program, Turns
+from eomgen.ir.program import Program, Rounds, Turns
 
 RUNTIME = Path(__file__).parent / "runtime"
 COMMON = ("-std=gnu11", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden")
@@ -127,8 +127,9 @@ def _version(package: str) -> str:
 
 def optimisation(programs: Sequence[Program]) -> str:
     """How much to optimise. Many short loops that take turns gain nothing by -O2 and take a third longer to compile."""
-    steps = (step for program in programs for step in program.blocks if isinstance(step, Turns))
-    return "-O1" if sum(len(step.parts) for step in steps) > MANY_TURNS else "-O2"
+    steps = (step for program in programs for step in program.blocks)
+    single = (part for step in steps for part in (step.steps if isinstance(step, Rounds) else (step,)))
+    return "-O1" if sum(len(step.parts) for step in single if isinstance(step, Turns)) > MANY_TURNS else "-O2"
 
 
 def build(folder: Path, name: str, level: str, tools: Toolchain) -> None:

@@ -11,7 +11,7 @@ from eomgen.backends.c import template
 from eomgen.backends.c.arithmetic import ARITHMETIC, STREAMS, Arithmetic
 from eomgen.backends.c.printer import CPrinter, HighPrinter, Kind
 from eomgen.backends.package import init_source, legend, package_files, rollout_signature
-from eomgen.ir.program import Array, Block, Program, Step, Store, Turns, parts
+from eomgen.ir.program import Array, Block, Program, Rounds, Step, Store, Turns, parts
 from eomgen.ir.statements import Indices, Text, decimal, statements
 from eomgen.model import Model
 
@@ -90,18 +90,23 @@ def _routine(program: Program, name: str, steps: tuple[Step, ...], arithmetic: A
     if len(steps) == 1 and isinstance(steps[0], Block):
         add(template.FUNCTION, name, "", _block(steps[0], printer))
         return "\n".join(pieces)
-    calls: list[str] = []
-    for position, step in enumerate(steps, 1):
-        part = f"{name}_{position}"
+
+    def calls(step: Step, part: str, more: str = "", given: str = "") -> list[str]:
+        """Adds the functions of a step; returns the lines that call them."""
+        if isinstance(step, Rounds):
+            inside = [calls(each, f"{part}_{i}", ", int i", ", i") for i, each in enumerate(step.steps, 1)]
+            lines = [f"    {line}" for each in inside for line in each]
+            return [f"for (int i = 0; i < {step.count}; i++) {{ /* {step.title} */", *lines, "}"]
         if isinstance(step, Turns):
             for number, block in enumerate(step.parts, 1):
                 tables, lines = _body(block, printer)
-                add(template.PART, f"{part}_{number}", block.title, [*tables, *lines], ", int k")
-            calls += _turns(step, part, parameters, arguments)
-        else:
-            add(template.PART, part, step.title, _block(step, printer))
-            calls.append(f"EOM_NAME({part})({arguments});")
-    add(template.FUNCTION, name, "", calls)
+                add(template.PART, f"{part}_{number}", block.title, [*tables, *lines], f", int k{more}")
+            return _turns(step, part, parameters, arguments, more, given)
+        add(template.PART, part, step.title, _block(step, printer), more)
+        return [f"EOM_NAME({part})({arguments}{given});"]
+
+    body = [line for position, step in enumerate(steps, 1) for line in calls(step, f"{name}_{position}")]
+    add(template.FUNCTION, name, "", body)
     return "\n".join(pieces)
 
 
@@ -138,18 +143,25 @@ def _used(pointers: dict[str, str], body: list[str]) -> list[str]:
     return [line for name, line in pointers.items() if name in named]
 
 
-def _turns(step: Turns, part: str, parameters: str, arguments: str) -> list[str]:
-    """The loop in which blocks take turns; each is a function of its own, as they may be many."""
+def _turns(step: Turns, part: str, parameters: str, arguments: str, more: str, given: str) -> list[str]:
+    """The loop in which blocks take turns; each is a function of its own, as they may be many.
+
+    Args:
+        step: the blocks.
+        part: starts the names of the functions.
+        parameters, more: what they take.
+        arguments, given: what they get.
+    """
     numbers = range(1, len(step.parts) + 1)
     return [
         f"{{ /* {step.title} */",
-        f"    static void (*const loops[])({parameters}, int k) = {{",
+        f"    static void (*const loops[])({parameters}, int k{more}) = {{",
         *(f"        EOM_NAME({part}_{number})," for number in numbers),
         "    };",
         f"    static const short turns[] = {{{', '.join(map(str, step.order))}}};",
         f"    int done[{len(step.parts)}] = {{0}};",
         f"    for (int turn = 0; turn < {len(step.order)}; turn++)",
-        f"        loops[turns[turn]]({arguments}, done[turns[turn]]++);",
+        f"        loops[turns[turn]]({arguments}, done[turns[turn]]++{given});",
         "}",
     ]
 
@@ -158,7 +170,7 @@ def _block(block: Block, printer: CPrinter | HighPrinter) -> list[str]:
     """The lines of a block; a loop around them if it repeats."""
     if _is_list(block):
         return _list(block, printer)
-    if not block.looped:
+    if block.count == 1 and not block.inner:
         tables, lines = _body(block, printer)
         return [*tables, *lines]
     entering = _entering(block, printer)

@@ -10,7 +10,7 @@ from eomgen.backends.numpy import template
 from eomgen.backends.numpy.printer import NumPyPrinter
 from eomgen.backends.package import init_source, package_files
 from eomgen.ir.expr import LEAVES, Node
-from eomgen.ir.program import Block, Program, Step, Turns, parts
+from eomgen.ir.program import Block, Program, Rounds, Step, Turns, parts
 from eomgen.ir.schedule import order
 from eomgen.ir.statements import Indices, Text, is_difference
 from eomgen.model import Model
@@ -86,21 +86,34 @@ def _routine(program: Program, name: str, arguments: str, steps: tuple[Step, ...
 
 
 def _step(step: Step, printer: NumPyPrinter) -> list[str]:
-    """The lines of a block, or of several that take turns, with the loop around them."""
+    """The lines of a step, with the loops around them."""
+    tables, lines = _lines(step, printer, "")
+    return [f"# {step.title}", *tables, *lines]
+
+
+def _lines(step: Step, printer: NumPyPrinter, suffix: str) -> tuple[list[str], list[str]]:
+    """The tables of a step, whose names end in the suffix, and its lines."""
+    tables: list[str] = []
+    if isinstance(step, Rounds):
+        lines = [f"for i in range({step.count}):"]
+        for number, part in enumerate(step.steps):
+            found, body = _lines(part, printer, f"{suffix}_{number}")
+            tables += found
+            lines += [f"    # {part.title}", *(f"    {line}" for line in body)]
+        return tables, lines
     if isinstance(step, Turns):
-        found: list[str] = []
         lines = [f"done = [0] * {len(step.parts)}", f"for turn in {step.order!r}:", "    k = done[turn]"]
         lines.append("    done[turn] += 1")
         for number, block in enumerate(step.parts):
-            tables, body = _body(block, printer, f"_{number}")
-            found += tables
+            found, body = _body(block, printer, f"{suffix}_{number}")
+            tables += found
             lines.append(f"    {'el' if number else ''}if turn == {number}:  # {block.title}")
             lines += [f"        {line}" for line in body]
-        return [f"# {step.title}", *found, *lines]
-    tables, body = _body(step, printer)
-    if step.looped:
-        body = [f"for k in range({step.count}):", *(f"    {line}" for line in body)]
-    return [f"# {step.title}", *tables, *body]
+        return tables, lines
+    tables, lines = _body(step, printer, suffix)
+    if step.count > 1 or step.inner:
+        lines = [f"for k in range({step.count}):", *(f"    {line}" for line in lines)]
+    return tables, lines
 
 
 def _body(block: Block, printer: NumPyPrinter, suffix: str = "") -> tuple[list[str], list[str]]:

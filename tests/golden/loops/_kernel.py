@@ -383,10 +383,10 @@ def _mass_matrix_constants(xp, number, p):
 
 def _mass_matrix(xp, number, q, p, c):
     c, hung_mass_up, = c
-    end_x = [0.0] * 10
-    end_y = [0.0] * 10
-    force_x = [0.0] * 10
-    force_y = [0.0] * 10
+    end_x = [0.0] * 8
+    end_y = [0.0] * 8
+    force_x = [0.0] * 8
+    force_y = [0.0] * 8
     out = [0.0] * 64
     # sums start at zero
     for k in range(64):
@@ -555,7 +555,7 @@ def _energy_constants(xp, number, p):
 
 def _energy(xp, number, q, v, p, c):
     c, = c
-    sum = [0.0] * 8
+    sum = [0.0] * 2
     height_down = [0.0] * 1
     velocity_x_down = [0.0] * 1
     velocity_y_down = [0.0] * 1

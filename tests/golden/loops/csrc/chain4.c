@@ -99,12 +99,12 @@ const eom_function eom_functions[] = {
     {"mass_matrix", "(8),(25)->(8,8)",
      "mass_matrix(q, p)\n\nmass matrix M.",
      0,
-     1, 1, mass_matrix_rows, mass_matrix_columns, 18, 40, 1,
+     1, 1, mass_matrix_rows, mass_matrix_columns, 18, 32, 1,
      {EOM_CAST(mass_matrix_constants_f64), EOM_CAST(mass_matrix_f64), EOM_CAST(mass_matrix_f64v)}, {0, 0, 0}, {0, 0, 0}},
     {"energy", "(8),(8),(25)->(2)",
      "energy(q, v, p)\n\nkinetic and potential energy, J.",
      0,
-     2, 1, energy_rows, energy_columns, 11, 11, 1,
+     2, 1, energy_rows, energy_columns, 11, 5, 1,
      {EOM_CAST(energy_constants_f64), EOM_CAST(energy_f64), EOM_CAST(energy_f64v)}, {0, 0, 0}, {0, 0, 0}},
 };
 const int eom_function_count = sizeof eom_functions / sizeof eom_functions[0];
@@ -132,7 +132,7 @@ void chain4_forward_dynamics_batch(size_t states, const double *q, const double 
 void chain4_mass_matrix(const double *q, const double *p, double *out)
 {
     const double *in[] = {q};
-    double c[18], work[40];
+    double c[18], work[32];
     mass_matrix_constants_f64(p, (void *)c);
     mass_matrix_f64(in, 0, p, (void *)c, out, (void *)work);
 }
@@ -147,7 +147,7 @@ void chain4_mass_matrix_batch(size_t states, const double *q, const double *p, d
 void chain4_energy(const double *q, const double *v, const double *p, double *out)
 {
     const double *in[] = {q, v};
-    double c[11], work[11];
+    double c[11], work[5];
     energy_constants_f64(p, (void *)c);
     energy_f64(in, 0, p, (void *)c, out, (void *)work);
 }

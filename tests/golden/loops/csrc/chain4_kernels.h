@@ -451,9 +451,9 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_2)(const scalar *cons
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
     EOM_PLACE(out, 1);
     pack *const end_x = work + 0;
-    pack *const end_y = work + 10;
-    pack *const force_x = work + 20;
-    pack *const force_y = work + 30;
+    pack *const end_y = work + 8;
+    pack *const force_x = work + 16;
+    pack *const force_y = work + 24;
     EOM_FETCH(out, 27);
     EOM_FETCH(q, 7);
     EACH EOM_AT(out, 27)[h] = EOM_AT(q, 7)[h] * (EOM_AT(q, 7)[h] * c[1]);
@@ -478,9 +478,9 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_3)(const scalar *cons
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
     EOM_PLACE(out, 1);
     pack *const end_x = work + 0;
-    pack *const end_y = work + 10;
-    pack *const force_x = work + 20;
-    pack *const force_y = work + 30;
+    pack *const end_y = work + 8;
+    pack *const force_x = work + 16;
+    pack *const force_y = work + 24;
     const scalar *const hung_mass_up = c + 14;
     for (int k = 0; k < 2; k++) {
         EOM_FETCH(q, 6 - k);
@@ -509,9 +509,9 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_4)(const scalar *cons
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
     EOM_PLACE(out, 1);
     pack *const end_x = work + 0;
-    pack *const end_y = work + 10;
-    pack *const force_x = work + 20;
-    pack *const force_y = work + 30;
+    pack *const end_y = work + 8;
+    pack *const force_x = work + 16;
+    pack *const force_y = work + 24;
     const scalar *const hung_mass_up = c + 14;
     EOM_FETCH(q, 4);
     pack t0; EACH t0[h] = EOM_AT(q, 4)[h] * hung_mass_up[0];
@@ -537,9 +537,9 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_5)(const scalar *cons
     /* pairs of links */
     EOM_PLACE(out, 1);
     pack *const end_x = work + 0;
-    pack *const end_y = work + 10;
-    pack *const force_x = work + 20;
-    pack *const force_y = work + 30;
+    pack *const end_y = work + 8;
+    pack *const force_x = work + 16;
+    pack *const force_y = work + 24;
     static const int at0[] = {-1, 0, 1, 2, -1, 0, 1, 2};
     static const int at1[] = {4, 5, 6, 7, -1, 0, 1, 2};
     for (int k = 0; k < 8; k++) {
@@ -628,9 +628,9 @@ static __attribute__((noinline)) void EOM_NAME(energy_2)(const scalar *const *in
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
     const scalar *const v = in[1]; EOM_PLACE(v, 1);
     pack *const sum = work + 0;
-    pack *const height_down = work + 8;
-    pack *const velocity_x_down = work + 9;
-    pack *const velocity_y_down = work + 10;
+    pack *const height_down = work + 2;
+    pack *const velocity_x_down = work + 3;
+    pack *const velocity_y_down = work + 4;
     EOM_FETCH(q, 0);
     pack s0, c0; SINCOS_CALL(ANGLE(EOM_AT(q, 0)[h]), s0, c0);
     EOM_FETCH(q, 4);
@@ -651,9 +651,9 @@ static __attribute__((noinline)) void EOM_NAME(energy_3)(const scalar *const *in
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
     const scalar *const v = in[1]; EOM_PLACE(v, 1);
     pack *const sum = work + 0;
-    pack *const height_down = work + 8;
-    pack *const velocity_x_down = work + 9;
-    pack *const velocity_y_down = work + 10;
+    pack *const height_down = work + 2;
+    pack *const velocity_x_down = work + 3;
+    pack *const velocity_y_down = work + 4;
     pack height_down_in; EACH height_down_in[h] = height_down[0][h];
     pack velocity_x_down_in; EACH velocity_x_down_in[h] = velocity_x_down[0][h];
     pack velocity_y_down_in; EACH velocity_y_down_in[h] = velocity_y_down[0][h];
@@ -686,9 +686,9 @@ static __attribute__((noinline)) void EOM_NAME(energy_4)(const scalar *const *in
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
     const scalar *const v = in[1]; EOM_PLACE(v, 1);
     pack *const sum = work + 0;
-    pack *const height_down = work + 8;
-    pack *const velocity_x_down = work + 9;
-    pack *const velocity_y_down = work + 10;
+    pack *const height_down = work + 2;
+    pack *const velocity_x_down = work + 3;
+    pack *const velocity_y_down = work + 4;
     pack height_down_in; EACH height_down_in[h] = height_down[0][h];
     pack velocity_x_down_in; EACH velocity_x_down_in[h] = velocity_x_down[0][h];
     pack velocity_y_down_in; EACH velocity_y_down_in[h] = velocity_y_down[0][h];
