@@ -60,8 +60,7 @@ class Problem(NamedTuple):
         steps: numbers of steps of the compiled rollout by RK4.
         method: the derivation.
         conserved: whether its energy is.
-        radau: the tolerances of Radau, which takes many small steps where a problem is not stiff; none where there is
-            no Jacobian, which is not written as loops over links.
+        radau: the tolerances of Radau, which takes many small steps where a problem is not stiff.
     """
 
     name: str
@@ -120,7 +119,7 @@ def problems() -> list[Problem]:
         ),
         Problem(
             "100 links from rest, 0.2 s", eomgen.chain(100, "rigid"), hundred, (0.0,) * 100, 0.2, _powers(1.5, 4, 0.5),
-            method="articulated", radau=(),
+            method="articulated",
         ),
     ]  # fmt: skip
 
@@ -281,12 +280,12 @@ def _slope(model: Any, n: int) -> Callable[[float, Array], Array]:
 
 
 def by_scipy(method: str, problem: Problem, model: Any, tolerance: float) -> Run:
-    """`solve_ivp`; implicit methods get the compiled Jacobian if there is one."""
+    """`solve_ivp`; implicit methods get the compiled Jacobian."""
     from scipy.integrate import solve_ivp
 
     n, start = len(problem.q), np.array([*problem.q, *problem.v])
     field = _field(model, n)
-    options = {"jac": _slope(model, n)} if problem.radau and method != "DOP853" else {}
+    options = {} if method == "DOP853" else {"jac": _slope(model, n)}
 
     def run() -> Array:
         found = solve_ivp(field, (0.0, problem.end), start, method=method, rtol=tolerance, atol=tolerance, **options)
@@ -419,8 +418,7 @@ def measure(quick: bool) -> dict[str, Any]:
     for problem in quick_problems() if quick else problems():
         exact = reference(problem, stored)
         records.append(exact)
-        functions = ["forward_dynamics", "energy", *(["jacobian"] if problem.radau else [])]
-        model = eomgen.compile(problem.scene, problem.method, functions=functions)
+        model = eomgen.compile(problem.scene, problem.method, functions=["forward_dynamics", "energy", "jacobian"])
         for who, integrator in INTEGRATORS.items():
             settings = integrator.settings(problem)
             for record in sweep(problem, model, who, settings[::-2][::-1] if quick else settings, exact["state"]):
