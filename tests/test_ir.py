@@ -30,6 +30,7 @@ from eomgen.ir.program import (
     dimensions,
     flatten,
     needed,
+    parts,
     straight,
     take_turns,
 )
@@ -592,6 +593,18 @@ def test_chunk_keeps_differences_with_their_sines(graph: Graph) -> None:
     homes = [block for block in pieces.blocks if any(node.op in ("sin", "cos") for node in order(block))]
     assert len(pieces.blocks) > len(homes) == 2
     assert all(turn not in block.loads for block in homes)
+
+
+def test_chunk_stores_a_number_of_many_places_in_a_loop(graph: Graph) -> None:
+    """The zeros of a large matrix, wherever they are; few of them stay where they are."""
+    x = graph.symbol("q0")
+    for zeros, counts in ((chunk.MANY, [chunk.MANY, 1]), (chunk.MANY - 1, [1])):
+        nodes = [node for i in range(zeros) for node in ((x + i, graph.zero) if i % 3 == 0 else (graph.zero,))]
+        program = a_program([*nodes, graph.one], {x: Place("q", (0,))})
+        pieces = chunk.run(program)
+        verify(pieces)
+        assert [block.count for block in parts(pieces.blocks)] == counts
+        assert exact_run(pieces) == exact_run(program)
 
 
 def test_chunk_leaves_short_programs_alone() -> None:

@@ -2,7 +2,8 @@
 
 Compilers take more than linear time in the length of a function. A value that a later piece needs is kept in
 the array `t` (or `ct` at the rate of the parameters). A difference whose sine is wanted is computed anew, since a
-back end corrects the sine for its rounding.
+back end corrects the sine for its rounding. A number that goes to many places, as the zeros of a matrix do, is stored
+in a loop.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from eomgen.ir.schedule import order
 from eomgen.ir.statements import is_difference
 
 LIMIT = 600
+MANY = 100  # places of a number
 
 
 def run(program: Program, limit: int = LIMIT) -> Program:
@@ -28,7 +30,7 @@ def run(program: Program, limit: int = LIMIT) -> Program:
 def _pieces(blocks: tuple[Step, ...], array: str, role: str, scratch: list[Array], limit: int) -> tuple[Step, ...]:
     pieces: list[Step] = []
     size = 0
-    for block in blocks:
+    for block in (part for step in blocks for part in _without_numbers(step)):
         if not isinstance(block, Block) or block.looped or len(nodes := order(block)) <= limit * 3 // 2:
             pieces.append(block)
             continue
@@ -57,3 +59,20 @@ def _pieces(blocks: tuple[Step, ...], array: str, role: str, scratch: list[Array
     if size:
         scratch.append(Array(array, (size,), "constants" if role == "constants" else "work"))
     return tuple(pieces)
+
+
+def _without_numbers(step: Step) -> list[Step]:
+    """A straight-line block without the numbers that it stores in many places of an array, after loops for these."""
+    if not isinstance(step, Block) or step.looped:
+        return [step]
+    places: dict[tuple[Node, str], list[int]] = {}
+    for store in step.stores:
+        if store.node.op == "constant" and not store.add:
+            places.setdefault((store.node, store.place.array), []).append(store.place.indices[0])
+    many = {key: indices for key, indices in places.items() if len(indices) >= MANY}
+    loops = [
+        Block(f"{step.title}, {node.value} in many places", {}, (Store(Place(array, indices), node),), len(indices))
+        for (node, array), indices in many.items()
+    ]
+    left = tuple(store for store in step.stores if (store.node, store.place.array) not in many or store.add)
+    return [*loops, replace(step, stores=left)] if left else [*loops]
