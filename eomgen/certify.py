@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen import functions, loops, pipeline
+from eomgen import functions, pipeline
 from eomgen.errors import OptionError, UnsupportedError, unknown
 from eomgen.frontends.mechanism import LinkSymbols
 from eomgen.hard import Case, State
@@ -24,6 +24,7 @@ from eomgen.ir.derivative import Tape
 from eomgen.ir.expr import Node, reachable
 from eomgen.ir.interpret import Label, Operators, evaluate
 from eomgen.ir.program import Array, parts
+from eomgen.looped import LOOPED
 from eomgen.scene import Scene
 
 FAR = 8  # rad: back ends correct differences of angles from here on for their rounding
@@ -293,7 +294,7 @@ def measure(
             if method not in FORMS:
                 raise OptionError(unknown("method", method, FORMS))
             origin, looped, solver = FORMS[method]
-            kept = [name for name in chosen if not looped or name in loops.LOOPED]
+            kept = [name for name in chosen if not looped or name in LOOPED]
             if origin not in written:
                 written[origin] = Exact(scene, origin)
             for backend in backends if kept else ():

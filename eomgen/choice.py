@@ -16,12 +16,13 @@ from eomgen.frontends.mechanism import Mechanism, MechanismEquations
 from eomgen.ir.count import block_operations
 from eomgen.ir.equations import Equations
 from eomgen.ir.program import Program
+from eomgen.looped import LOOPED
 from eomgen.passes import hoist
 
 SOLVERS = ("auto", "dense", "articulated")
 LINKS_PER_GROUP = 2  # on average; with smaller groups the loops are longer than what they replace
 LOOPED_FROM = 8  # links; from there on loops run as fast as straight-line code and compile several times faster
-LOOPED_JACOBIAN = 16  # coordinates; from there on the same is true of the Jacobian
+LOOPED_COLUMNS = {"jacobian": 16, "parameter_jacobian": 10}  # coordinates; the same for matrices, of any kinds of links
 DENSE_PAIRS = 1000  # products of a dense elimination; beyond, the recursion always has fewer operations
 MOST_STRAIGHT_LINKS = 60  # for functions that have no loops: their text grows like n³
 MOST_DENSE_LINKS = 300  # a method that writes every pair of links down
@@ -49,13 +50,14 @@ def programs(equations: Equations, names: Sequence[str], looped: bool | None, so
         return [functions.program(equations, name) for name in names]
     walking = isinstance(equations, ArticulatedEquations)
     repeats = _repeats(equations.mechanism) if looped is None else looped
-    few = looped is None and len(equations.q) < LOOPED_JACOBIAN
     if repeats and solver == "dense" and (looped or walking):
         raise OptionError("the dense solver cannot be written as loops; use solver 'articulated' or loops=False")
     found: list[Program] = []
     for name in names:
-        straight = (name == "forward_dynamics" and solver == "dense") or (name == "jacobian" and few)
-        if repeats and not straight:
+        as_loops = repeats
+        if looped is None and name in LOOPED_COLUMNS:
+            as_loops = _solves_by_columns(equations, name)
+        if as_loops and not (name == "forward_dynamics" and solver == "dense"):
             found.append(_looped(equations, name, looped))
         else:
             found.append(_straight(equations, name, solver))
@@ -66,6 +68,15 @@ def _repeats(mechanism: Mechanism) -> bool:
     """Whether there are enough links, and enough of a kind, for loops."""
     m = len(mechanism.links)
     return m >= LOOPED_FROM and m >= LINKS_PER_GROUP * len(loops.groups(mechanism).members)
+
+
+def _solves_by_columns(equations: MechanismEquations, name: str) -> bool:
+    """Whether a matrix of derivatives is loops: if it has many columns, or if that is far more accurate.
+
+    By the parameters of point masses on a free length, straight-line code loses s̈ - s φ̇² in its parts.
+    """
+    cancels = name == "parameter_jacobian" and equations.mechanism.scene.free
+    return bool(cancels) or len(equations.q) >= LOOPED_COLUMNS[name]
 
 
 def _straight(equations: MechanismEquations, name: str, solver: str) -> Program:
@@ -90,12 +101,12 @@ def _straight(equations: MechanismEquations, name: str, solver: str) -> Program:
 
 def _looped(equations: MechanismEquations, name: str, asked: bool | None) -> Program:
     """A function as loops; one that has no such form is written out if loops were not asked for and it is short."""
-    if name in loops.LOOPED:
+    if name in LOOPED:
         return replace(loops.program(equations.mechanism, name), form="recursion in loops over links")
     m = len(equations.mechanism.links)
     if asked or m > MOST_STRAIGHT_LINKS:
         raise UnsupportedError(
-            f"{name} cannot be written as loops over links; allowed for {m} links: {', '.join(loops.LOOPED)} "
+            f"{name} cannot be written as loops over links; allowed for {m} links: {', '.join(LOOPED)} "
             f"(straight-line code up to {MOST_STRAIGHT_LINKS} links)"
         )
     return _straight(equations, name, "auto")

@@ -11,14 +11,13 @@ link's spring forces in arrays. Walks that solve for the columns of a matrix hav
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
 from operator import attrgetter
 
 from eomgen import linearised
-from eomgen.frontends import articulated
-from eomgen.frontends.articulated import Flow, Ground, Results, Walk
+from eomgen.frontends.articulated import Flow, Results, Walk
 from eomgen.frontends.mechanism import LinkSymbols, Mechanism
 from eomgen.functions import FUNCTIONS, inputs
 from eomgen.ir.expr import Graph, Node, reachable
@@ -37,151 +36,15 @@ from eomgen.ir.program import (
     straight,
     take_turns,
 )
+from eomgen.looped import AXES, COLUMNS, LOOPED, Product, axis_of, coordinates
 from eomgen.scene import ALONG, IN_JOINT, SPRINGS
 
 SYMBOLS = ("angle", "rate", "acceleration", "torque", "length", "length_rate", "length_acceleration", "force")
 FORCES = ("spring", "joint_spring", "spring_energy")  # of a link; also arrays, for links that differ in springs
 STIFF = (("stiffness", "damping"), ("joint_stiffness", "joint_damping"))  # parameters along and in the joint; the same
-COLUMNS = "columns"  # the array of a matrix that walks solve for, column by column
 NUMBERS = "numbers"  # the array of folded numbers that differ between links of a kind
 MANY_GROUPS = 24  # with more, tips are no kind of their own: that is faster, but takes time to compile
 RUNS_PER_KIND = 2  # with more, on average, a loop per kind whose iterations take turns is shorter than one per run
-Outputs = dict[str, tuple[str, dict[int, int]]]  # result name -> array, and link -> index in it
-
-
-@dataclass(frozen=True)
-class Product:
-    """An element of a matrix for every coordinate and those of the links above.
-
-    Attributes:
-        above, below: names of the vectors whose product it is.
-        places: where it goes: array, first index, and what the coordinate below and the one above add to it.
-    """
-
-    above: str
-    below: str
-    places: tuple[tuple[str, int, int, int], ...]
-
-
-@dataclass(frozen=True)
-class Looped:
-    """How a function is computed by walks.
-
-    Attributes:
-        walks: makes the walks.
-        outputs: where the results of the links go.
-        zeros: an array that starts at zero.
-        add: the results that go there are added.
-        products: elements for pairs of links, by the number of coordinates.
-        before: the number of walks before these.
-    """
-
-    walks: Callable[[Ground], list[Walk]]
-    outputs: Callable[[Mechanism], Outputs]
-    zeros: str = ""
-    add: bool = False
-    products: Callable[[int], list[Product]] = lambda n: []
-    before: int = 0
-
-
-def _links(mechanism: Mechanism, index: Callable[[int], int], array: str = "out") -> tuple[str, dict[int, int]]:
-    return array, {i: index(i) for i in range(len(mechanism.links))}
-
-
-def _coordinates(mechanism: Mechanism, angle: str = "angle") -> Outputs:
-    lengths = {i: len(mechanism.links) + k for k, i in enumerate(mechanism.scene.free)}
-    return {angle: _links(mechanism, lambda i: i), "length": ("out", lengths)}
-
-
-def _prescribed(mechanism: Mechanism) -> Outputs:
-    return {"length": ("out", {i: k for k, i in enumerate(mechanism.scene.prescribed)})}
-
-
-def _vectors(mechanism: Mechanism, names: Iterable[str]) -> Outputs:
-    """Two arrays for every vector, by coordinate."""
-    return {
-        f"{vector} {axis} of {coordinate}": (_axis(vector, axis), indices)
-        for coordinate, (_, indices) in _coordinates(mechanism).items()
-        for vector in names
-        for axis in AXES
-    }
-
-
-def _axis(vector: str, axis: str) -> str:
-    return f"{vector.replace(' ', '_')}_{axis}"
-
-
-def _matrix(mechanism: Mechanism) -> Outputs:
-    n = len(mechanism.symbols.q)
-    diagonal = {
-        name: ("out", {i: (n + 1) * index for i, index in indices.items()})
-        for name, (_, indices) in _coordinates(mechanism).items()
-    }
-    return diagonal | _vectors(mechanism, ("end", "force"))
-
-
-def _jacobian(mechanism: Mechanism) -> Outputs:
-    """The matrix to solve for, column by column, n elements each; then the solutions as columns of the result."""
-    n, scene = len(mechanism.symbols.q), mechanism.scene
-    own = {name: indices for name, (_, indices) in _coordinates(mechanism).items()}
-    rows = {**own, "parent angle": {i: parent for i, parent in enumerate(scene.parents) if parent >= 0}}
-    columns = dict(rows)
-    for name, indices in rows.items():
-        columns["rate" if name == "angle" else f"{name} rate"] = {i: n + index for i, index in indices.items()}
-    for name, coordinate in (("torque", "angle"), ("force", "length")):
-        columns[name] = {i: 2 * n + index for i, index in own[coordinate].items()}
-    found: Outputs = {
-        f"{row} by {column}": (COLUMNS, {i: n * at[i] + index for i, index in indices.items() if i in at})
-        for row, indices in rows.items()
-        for column, at in columns.items()
-    }
-    found |= _vectors(mechanism, ("end", "force", "load", "shift", "rate load", "rate shift"))
-    return found | {
-        f"{name} by {side}": ("out", {i: 3 * n * index + k * n for i, index in indices.items()})
-        for name, indices in own.items()
-        for k, side in enumerate(linearised.SIDES)
-    }
-
-
-def _jacobian_products(n: int) -> list[Product]:
-    return [
-        product
-        for start, rate in ((0, ""), (n * n, "rate "))
-        for product in (
-            Product("end", f"{rate}load", ((COLUMNS, start, n, 1),)),
-            Product(f"{rate}shift", "force", ((COLUMNS, start, 1, n),)),
-        )
-    ]
-
-
-AXES = ("x", "y")
-LOOPED: dict[str, Looped] = {
-    "forward_dynamics": Looped(articulated.forward_dynamics, _coordinates),
-    "inverse_dynamics": Looped(articulated.newton_euler, lambda mechanism: _coordinates(mechanism, "torque")),
-    "mass_matrix": Looped(
-        articulated.composite_bodies,
-        _matrix,
-        zeros="out",
-        products=lambda n: [Product("end", "force", (("out", 0, 1, n), ("out", 0, n, 1)))],
-        before=1,
-    ),
-    "bias": Looped(articulated.no_accelerations, _coordinates),
-    "energy": Looped(
-        articulated.energy,
-        lambda mechanism: {
-            "kinetic": _links(mechanism, lambda i: 0, "sum"),
-            "potential": _links(mechanism, lambda i: 1, "sum"),
-        },
-        zeros="sum",
-        add=True,
-    ),
-    "prescribed_forces": Looped(articulated.newton_euler, _prescribed),
-    "joints": Looped(
-        articulated.joints,
-        lambda mechanism: {"x": _links(mechanism, lambda i: 2 * i), "y": _links(mechanism, lambda i: 2 * i + 1)},
-    ),
-    "jacobian": Looped(linearised.jacobian, _jacobian, zeros=COLUMNS, add=True, products=_jacobian_products, before=3),
-}
 
 
 @dataclass(frozen=True)
@@ -331,8 +194,11 @@ class _Builder:
 
     def __init__(self, mechanism: Mechanism, name: str) -> None:
         self.mechanism, self.name, self.scene = mechanism, name, mechanism.scene
-        self.looped, self.function = LOOPED[name], FUNCTIONS[name]
-        self.size = len(mechanism.symbols.q)
+        self.looped, self.function, self.outputs = LOOPED[name], FUNCTIONS[name], LOOPED[name].outputs(mechanism)
+        symbols = mechanism.symbols
+        shape = self.function.shape(len(symbols.q), len(symbols.w), len(mechanism.links))
+        self.output = Array("out", tuple(len(symbols.p) if size < 0 else size for size in shape), "output")
+        self.rounds = self.output.shape[-1] // max(1, len(self.looped.sides))
         self.graph = Graph()
         self.shared: dict[Node, tuple[str, int]] = {}
         gravity = self.graph.zero
@@ -348,6 +214,7 @@ class _Builder:
         self.runs = [self._run(members) for members in found.members]
         self.run_of = {i: run for run in self.runs for i in run.members}
         self.flowing: set[tuple[int, _Run, int]] = set()  # (walk, run, quantity) that can be other than zero
+        self.vectors: dict[str, dict[int, int]] = {}  # array -> number of a vector -> its link
         self.scratch: dict[str, Array] = {}
         self.blocks: list[Block] = []
 
@@ -358,15 +225,14 @@ class _Builder:
 
     def build(self) -> Program:
         """The program."""
-        k, m = len(self.mechanism.symbols.w), len(self.mechanism.links)
-        outputs = self.looped.outputs(self.mechanism)
-        output = Array("out", self.function.shape(self.size, k, m), "output")
-        for array in dict.fromkeys(array for array, _ in outputs.values() if array != "out"):
-            size = 1 + max(max(indices.values(), default=0) for name, indices in outputs.values() if name == array)
-            self.scratch[array] = Array(array, (size,), "work")
+        for array in dict.fromkeys(array for array, _ in self.outputs.values() if array != "out"):
+            size = 1 + max(max(at.values(), default=0) for name, at in self.outputs.values() if name == array)
+            self.scratch[array] = Array(array, (self.output.size if array == COLUMNS else size,), "work")
         if self.looped.zeros:
-            size = {**self.scratch, "out": output}[self.looped.zeros].size
+            size = {**self.scratch, "out": self.output}[self.looped.zeros].size
             self.blocks.append(_zeros([self.looped.zeros], range(size), self.graph))
+        if self.looped.slopes:
+            self.blocks += self._slopes()
         walks, steps = self._steps()
         starts: list[int] = []
         for w, walk in enumerate(walks):
@@ -374,28 +240,33 @@ class _Builder:
             self._zero_sums(w, walk)
             starts.append(len(self.blocks))
             for run, (flow, results) in zip(self._order(walk), steps[w], strict=True):
-                self._block(w, walk, run, flow, results, outputs)
+                self._block(w, walk, run, flow, results)
             if walk.columns:
-                self.blocks[first:] = [replace(block, rounds=self.size) for block in self.blocks[first:]]
+                self.blocks[first:] = [replace(block, rounds=self.rounds) for block in self.blocks[first:]]
             if w + 1 == self.looped.before:
-                self.blocks.append(self._pairs(self.looped.products(self.size)))
+                self.blocks += self._pairs(self.looped.products(self.mechanism))
         if "sum" in self.scratch:
-            sums = [self.graph.symbol(f"sum of {name}") for name in outputs]
+            sums = [self.graph.symbol(f"sum of {name}") for name in self.outputs]
             loads = {node: Place("sum", (i,)) for i, node in enumerate(sums)}
             self.blocks.append(straight("sums", loads, [("out", i, node) for i, node in enumerate(sums)]))
-        blocks = list(_in_rounds(self._merged(walks, starts)))
+        merged = list(_in_rounds(self._merged(walks, starts)))
+        blocks = [*self._before(merged), *merged]
+        stored = {store.place.array for block in parts(blocks) for store in block.stores}
         return Program(
             name=self.name,
             doc=self.function.doc,
             inputs=inputs(self.mechanism.symbols, self.function),
-            output=output,
-            blocks=(*self._before(blocks), *blocks),
-            scratch=tuple(self.scratch.values()),
+            output=self.output,
+            blocks=tuple(blocks),
+            scratch=tuple(array for array in self.scratch.values() if array.name in stored),
         )
 
     def _merged(self, walks: list[Walk], starts: list[int]) -> Iterator[Block | Turns]:
-        """The blocks with something to store, those of a walk merged where groups take turns."""
-        blocks = [needed(block) for block in self.blocks]
+        """The blocks that store what is read, those of a walk merged where groups take turns."""
+        blocks = list(map(needed, self.blocks))
+        read = {place.array for block in blocks for place in block.loads.values()} | {"out"}
+        stores = (tuple(store for store in block.stores if store.place.array in read) for block in blocks)
+        blocks = [needed(replace(block, stores=kept)) for block, kept in zip(blocks, stores, strict=True)]
         position = 0
         for start, walk in zip(starts if self.merged else (), walks, strict=False):
             yield from (block for block in blocks[position:start] if block.stores)
@@ -409,22 +280,41 @@ class _Builder:
                 yield step
         yield from (block for block in blocks[position:] if block.stores)
 
+    def _alike(self, of: Callable[[int], tuple[str, ...]]) -> Iterator[tuple[tuple[str, ...], _Run]]:
+        """Links for which `of` gives the same names, in runs that have springs of one kind."""
+        alike: dict[tuple[tuple[str, ...], object], list[int]] = {}
+        for i, link in enumerate(self.scene.links):
+            if names := of(i):
+                kind = _springs(short for short, _, _ in link.parameters), link.mode, self.run_of[i].root
+                alike.setdefault((names, kind), []).append(i)
+        for (names, _), members in alike.items():
+            yield names, self._run(members)
+
+    def _slopes(self) -> Iterator[Block]:
+        """Blocks with the derivatives by the parameters of springs."""
+        springs = [tuple(x for x, _, _ in link.parameters if x in SPRINGS) for link in self.scene.links]
+        for _, run in self._alike(springs.__getitem__):
+            stores: list[Store] = []
+            for name, node in linearised.spring_slopes(run.symbols).items():
+                array, indices = self.outputs[name]
+                if node is not self.graph.zero and run.members[0] in indices:
+                    stores.append(Store(Place(array, [indices[i] for i in run.members]), node))
+            yield self._of_springs(run, stores)
+
+    def _of_springs(self, run: _Run, stores: Sequence[Store]) -> Block:
+        """A block for the springs of a run."""
+        members = run.members
+        loads = {node: Place(array, [table[i] for i in members]) for node, (array, table) in run.tables.items()}
+        return needed(Block(f"springs of {self._title(run)}", loads, tuple(stores), len(members)))
+
     def _before(self, steps: Sequence[Step]) -> list[Block]:
         """Blocks with what the others want from arrays: springs of links that differ in them, and folded numbers."""
         wanted = {place.array for block in parts(steps) for place in block.loads.values()}
-        alike: dict[tuple[tuple[str, ...], object], list[int]] = {}
-        for i, run in sorted(self.run_of.items()):
-            link, names = self.scene.links[i], tuple(name for name in run.forces if name in wanted)
-            if names:
-                kind = _springs(short for short, _, _ in link.parameters), link.mode, run.root
-                alike.setdefault((names, kind), []).append(i)
         blocks: list[Block] = []
-        for (names, _), members in alike.items():
-            run = self._run(members)
-            loads = {node: Place(array, [table[i] for i in members]) for node, (array, table) in run.tables.items()}
+        for names, run in self._alike(lambda i: tuple(name for name in self.run_of[i].forces if name in wanted)):
             nodes = [getattr(run.symbols, name) if name in FORCES else run.symbols.value(name) for name in names]
-            stores = [Store(Place(name, members), node) for name, node in zip(names, nodes, strict=True)]
-            blocks.append(needed(Block(f"springs of {self._title(run)}", loads, tuple(stores), len(members))))
+            stores = [Store(Place(name, run.members), node) for name, node in zip(names, nodes, strict=True)]
+            blocks.append(self._of_springs(run, stores))
         for name in (*FORCES, *STIFF[0], *STIFF[1]):
             if name in wanted:
                 self.scratch[name] = Array(name, (len(self.scene.links),), "work")
@@ -434,29 +324,49 @@ class _Builder:
             blocks.insert(0, straight("numbers of the links", {}, values))
         return blocks
 
-    def _pairs(self, products: Sequence[Product]) -> Block:
-        """Elements of a matrix for every coordinate and those of the links above.
+    def _pairs(self, products: Sequence[Product]) -> list[Block]:
+        """Elements of a matrix for pairs of links, a block for those products that go through the same pairs."""
+        alike: dict[tuple[tuple[tuple[int, int], ...], ...], list[Product]] = {}
+        for product in products:
+            ends = (self.vectors.get(axis_of(name, AXES[0]), {}) for name in (product.below, product.above))
+            below, above = (tuple(sorted(found.items())) for found in ends)
+            if below and above:
+                alike.setdefault((below, above), []).append(product)
+        return [self._paired(dict(below), dict(above), found) for (below, above), found in alike.items()]
 
-        The coordinates above one are a list: the angle of the parent, its length, the angle of its own parent, ...
+    def _paired(self, below: dict[int, int], above: dict[int, int], products: Sequence[Product]) -> Block:
+        """Products of every vector and those of the links above its own.
+
+        The vectors above one are a list: those of the parent, then those of its own parent, ...
+
+        Args:
+            below, above: the link of every vector by its number.
+            products: the products.
         """
-        scene, n = self.scene, self.size
-        length = {i: len(scene.links) + k for k, i in enumerate(scene.free)}
-        links = [*range(len(scene.links)), *scene.free]
-        first = [scene.parents[i] for i in links]
-        following = [length.get(i, first[i]) for i in range(len(scene.links))] + first[len(scene.links) :]
-        zeros, every = (0,) * n, range(n)
+        own: dict[int, list[int]] = {}
+        for number, link in above.items():
+            own.setdefault(link, []).append(number)
+        head, following = [-1] * len(self.scene.links), [-1] * (1 + max(above))
+        for link, parent in enumerate(self.scene.parents):
+            numbers = [*own.get(link, ()), head[parent] if parent >= 0 else -1]
+            head[link] = numbers[0]
+            for number, after in itertools.pairwise(numbers):
+                following[number] = after
+        parents = (self.scene.parents[link] for link in below.values())
+        first = [head[parent] if parent >= 0 else -1 for parent in parents]
+        count, zeros, every = len(below), (0,) * len(below), range(len(following))
         loads: dict[Node, Place] = {}
         stores: list[Store] = []
         for product in products:
-            above = [self.graph.symbol(_axis(product.above, axis)) for axis in AXES]
-            below = [self.graph.symbol(_axis(product.below, axis)) for axis in AXES]
-            loads |= {node: Place(node.name, zeros, every) for node in above}
-            loads |= {node: Place(node.name, every) for node in below}
-            element = self.graph.sum(x * y for x, y in zip(above, below, strict=True))
+            upper = [self.graph.symbol(axis_of(product.above, axis)) for axis in AXES]
+            lower = [self.graph.symbol(axis_of(product.below, axis)) for axis in AXES]
+            loads |= {node: Place(node.name, zeros, every) for node in upper}
+            loads |= {node: Place(node.name, [*below]) for node in lower}
+            element = self.graph.sum(x * y for x, y in zip(upper, lower, strict=True))
             for array, start, low, high in product.places:
-                place = Place(array, range(start, start + low * n, low), range(0, high * n, high))
+                place = Place(array, [start + low * number for number in below], [high * i for i in every])
                 stores.append(Store(place, element))
-        return Block("pairs of links", loads, tuple(stores), n, Inner(first, following))
+        return Block("pairs of links", loads, tuple(stores), count, Inner(first, following))
 
     def _order(self, walk: Walk) -> list[_Run]:
         return self.runs[::-1] if walk.upward else self.runs
@@ -524,7 +434,7 @@ class _Builder:
         children, parents = self.scene.children, self.scene.parents
         return walk.upward and any(len(children[parents[i]]) > 1 for i in run.members if parents[i] >= 0)
 
-    def _block(self, w: int, walk: Walk, run: _Run, flow: Flow, results: Results, outputs: Outputs) -> None:
+    def _block(self, w: int, walk: Walk, run: _Run, flow: Flow, results: Results) -> None:
         """Appends the block of one run in one walk."""
         visit = run.members[::-1] if walk.upward else run.members
         parents = [self.scene.parents[i] for i in visit]
@@ -532,7 +442,7 @@ class _Builder:
             if node.op == "symbol" and node not in self.shared:
                 source = {i: i if walk.upward else self.scene.parents[i] for i in run.members}
                 run.tables[node] = (self._flow_array(w, walk, k), source)
-        moving = _moving(self.size) if walk.columns else {}
+        moving = self._moving() if walk.columns else {}
         if walk.columns:
             run.tables |= self._right(run)
         loads = {
@@ -548,11 +458,13 @@ class _Builder:
                 place = Place(self._flow_array(w, walk, k), tuple(parents if walk.upward else visit))
                 stores.append(Store(place, node, add))
         for name, node in results.items():
-            target, indices = outputs.get(name, ("", {}))
+            target, indices = self.outputs.get(name, ("", {}))
             add = self.looped.add and target == self.looped.zeros
             if visit[0] in indices and not (add and node is self.graph.zero):
                 place = Place(target, tuple(indices[i] for i in visit), moving.get(target, ()))
                 stores.append(Store(place, node, add))
+                if target not in ("out", self.looped.zeros):
+                    self.vectors.setdefault(target, {}).update({indices[i]: i for i in visit})
         stored = [store.node for store in stores]
         wanted = [*stored, *results.values()]
         loads |= self._kept(run, wanted if walk.columns else stored, loads, visit)
@@ -562,13 +474,18 @@ class _Builder:
         title = f"{self._title(run)}, {_direction(walk)}"
         self.blocks.append(Block(title, loads, tuple(stores), len(visit)))
 
+    def _moving(self) -> dict[str, range]:
+        """What the number of a round adds to the index of a right-hand side, and of a result."""
+        n, rounds = self.output.shape[0], self.rounds
+        return {COLUMNS: range(0, rounds * n, n), "out": range(rounds)} if rounds > 1 else {}
+
     def _right(self, run: _Run) -> dict[Node, tuple[str, dict[int, int]]]:
         """Where the right-hand sides of the first round are found."""
         found: dict[Node, tuple[str, dict[int, int]]] = {}
-        for coordinate, (_, indices) in _coordinates(self.mechanism).items():
+        for coordinate, indices in coordinates(self.mechanism).items():
             if run.members[0] in indices:
-                for k, side in enumerate(linearised.SIDES):
-                    table = {i: k * self.size**2 + index for i, index in indices.items()}
+                for k, side in enumerate(self.looped.sides):
+                    table = {i: k * self.rounds * self.output.shape[0] + index for i, index in indices.items()}
                     found[linearised.right(run.symbols, coordinate, side)] = COLUMNS, table
         return found
 
@@ -602,16 +519,11 @@ class _Builder:
 
 def _in_rounds(steps: Iterable[Block | Turns]) -> Iterator[Step]:
     """The steps, those that belong to rounds together."""
-    for count, group in groupby(steps, key=lambda step: step.parts[0].rounds):
+    for count, group in itertools.groupby(steps, key=lambda step: step.parts[0].rounds):
         if count > 1:
             yield Rounds("column by column", tuple(group), count)
         else:
             yield from group
-
-
-def _moving(n: int) -> dict[str, range]:
-    """What the number of a round adds to the index of a right-hand side, and of a result."""
-    return {COLUMNS: range(0, n * n, n), "out": range(n)} if n > 1 else {}
 
 
 def _direction(walk: Walk) -> str:
@@ -625,4 +537,5 @@ def _zeros(arrays: list[str], indices: Sequence[int], graph: Graph) -> Block:
 
 def _is_still(node: Node, loads: Mapping[Node, Place]) -> bool:
     """Whether a value depends on parameters only."""
-    return all(item.args or item.op == "constant" or loads[item].array == "p" for item in reachable([node], loads))
+    items = reachable([node], loads)
+    return all(loads[item].array == "p" if item in loads else item.op != "symbol" for item in items)

@@ -14,6 +14,7 @@ from eomgen.ir.expr import Graph
 from eomgen.ir.interpret import Floats, run
 from eomgen.ir.program import Array, Block, Place, Program, Store, Turns
 from eomgen.ir.verify import verify
+from eomgen.looped import LOOPED
 from eomgen.passes import carry, hoist
 from eomgen.scene import Scene
 
@@ -57,7 +58,7 @@ def test_sums_of_several_children_are_not() -> None:
     assert "inertia_p_up" in {array.name for array in found.scratch if array.size == 20}
 
 
-@pytest.mark.parametrize("name", loops.LOOPED.keys() - {"prescribed_forces"})
+@pytest.mark.parametrize("name", LOOPED.keys() - {"prescribed_forces"})
 @pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
 def test_every_bit_stays(scene: Scene, name: str) -> None:
     before, state = looped(scene, name), hard.random_state(scene)

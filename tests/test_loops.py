@@ -24,6 +24,7 @@ from eomgen.ir.equations import Equations
 from eomgen.ir.interpret import PrimeField, run
 from eomgen.ir.program import Program, Rounds, Turns, parts
 from eomgen.ir.text import dump
+from eomgen.looped import LOOPED
 from eomgen.scene import LINK_TYPES, Length, Scene
 from tests.conftest import Compiled
 from tests.depth import shallow_stack
@@ -52,7 +53,8 @@ def repeats(program: Program) -> bool:
 def assert_loops_are_exact(scene: Scene, fold: bool = False) -> None:
     """Every function as loops, before and after the passes, against the equations written out, in a prime field."""
     equations, field = articulated(scene, fold), PrimeField()
-    expected = exact_groups({**results(equations), "jacobian": FUNCTIONS["jacobian"].build(equations)})
+    solved = [name for name in choice.LOOPED_COLUMNS if name in functions.available(equations)]
+    expected = exact_groups({**results(equations), **{name: FUNCTIONS[name].build(equations) for name in solved}})
     found, hoisted = {}, {}
     for name in expected:
         program = loops.program(equations.mechanism, name)
@@ -175,55 +177,68 @@ def test_a_longer_chain() -> None:
         assert run(program, inputs, field) == expected[program.name]
 
 
-# The Jacobian, column by column
+# The Jacobians, column by column
 
 
-def test_jacobian_of_many_coordinates_is_looped() -> None:
-    """Few are in closed form, which runs faster; a thousand links still are a short text."""
-    for links, model, looped in ((15, "rigid", False), (16, "rigid", True), (8, "point-masses", True)):
-        (program,) = pipeline.programs(articulated(chain(links, model)), ["jacobian"])
-        assert repeats(program) == looped
-        assert any(isinstance(step, Rounds) for step in program.blocks) == looped
-    assert choice.LOOPED_JACOBIAN == 16
-    (program,) = pipeline.programs(eomgen.derive(chain(1000, "rigid"), "matrix"), ["jacobian"])
-    assert program.output.shape == (1000, 3000)
-    assert len(dump(program)) < 30_000
+def test_jacobians_of_many_coordinates_are_looped() -> None:
+    """Few are written out, which runs faster; a thousand links still are a short text."""
+    for name, scene, repeated in (
+        ("jacobian", chain(15, "rigid"), False),
+        ("jacobian", chain(16, "rigid"), True),
+        ("jacobian", chain(8, "point-masses"), True),
+        ("jacobian", every_kind(12), True),
+        ("parameter_jacobian", chain(9, "rigid"), False),
+        ("parameter_jacobian", chain(10, "rigid"), True),
+        ("parameter_jacobian", chain(1, "point-masses"), True),
+    ):
+        (program,) = pipeline.programs(articulated(scene), [name])
+        assert repeats(program) == any(isinstance(step, Rounds) for step in program.blocks) == repeated
+    for name, columns in (("jacobian", 3000), ("parameter_jacobian", 2001)):
+        (program,) = pipeline.programs(eomgen.derive(chain(1000, "rigid"), "matrix"), [name])
+        assert program.output.shape == (1000, columns)
+        assert len(dump(program)) < 30_000
 
 
-def test_jacobian_costs_the_square_of_the_links() -> None:
+@pytest.mark.parametrize("name", choice.LOOPED_COLUMNS)
+def test_jacobians_cost_the_square_of_the_links(name: str) -> None:
     counts = []
     for links in (50, 100, 200):
-        (program,) = pipeline.programs(articulated(chain(links, "rigid")), ["jacobian"])
+        (program,) = pipeline.programs(articulated(chain(links, "rigid")), [name])
         counts.append(program_operations(program)["state"].total())
     assert counts[2] / counts[1] == pytest.approx(4, rel=0.03)
     assert counts[1] / counts[0] == pytest.approx(4, rel=0.06)
 
 
-def test_jacobian_solves_by_what_forward_dynamics_has_eliminated() -> None:
+@pytest.mark.parametrize("name", choice.LOOPED_COLUMNS)
+def test_jacobians_solve_by_what_forward_dynamics_has_eliminated(name: str) -> None:
     """No division is in the loop around the columns."""
     for scene in (chain(20, "rigid"), chain(9, "elastic-rod"), chain(9, "point-masses"), every_kind(30)):
-        (program,) = pipeline.programs(articulated(scene), ["jacobian"], loops=True)
+        (program,) = pipeline.programs(articulated(scene), [name])
         (rounds,) = (step for step in program.blocks if isinstance(step, Rounds))
         inside = {node.op for block in rounds.parts for node in block.nodes() if node not in block.loads}
         assert inside <= {"add", "sub", "mul", "neg", "constant"}
-        assert rounds.count == len(articulated(scene).q)
+        assert rounds.count * len(LOOPED[name].sides) == program.output.shape[1]
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize(
-    "scene", [every_kind(12), chain(16, "rigid"), mixed_tree(3, 24)], ids=["kinds", "chain", "turns"]
+    "scene",
+    [every_kind(12), chain(16, "rigid"), mixed_tree(3, 24), chain(1)],
+    ids=["kinds", "chain", "turns", "one link"],
 )
-def test_jacobian_compiled(backend: str, scene: Scene) -> None:
+def test_jacobians_compiled(backend: str, scene: Scene) -> None:
+    names = [*choice.LOOPED_COLUMNS]
     looped, unrolled = (
-        eomgen.compile(scene, "articulated", name, functions=["jacobian"], loops=form)
+        eomgen.compile(scene, "articulated", name, functions=names, loops=form)
         for name, form in ((backend, True), ("numpy", False))
     )
     states = random_state(scene, 3, (19,))
-    expected, found = (call(module, "jacobian", states) for module in (unrolled, looped))
-    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-9 * np.abs(expected).max())
-    if backend == "c":
-        alone = np.stack([call(looped, "jacobian", State(*(x[k] for x in states))) for k in range(19)])
-        assert alone.tobytes() == found.tobytes()
+    for name in names:
+        expected, found = (call(module, name, states) for module in (unrolled, looped))
+        np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-9 * np.abs(expected).max(), err_msg=name)
+        if backend == "c":
+            alone = np.stack([call(looped, name, State(*(x[k] for x in states))) for k in range(19)])
+            assert alone.tobytes() == found.tobytes(), name
 
 
 # Compiled
@@ -610,15 +625,15 @@ def test_a_thousand_links_by_any_method(method: str) -> None:
     assert sum(len(dump(program)) for program in built) < 30_000
 
 
-@pytest.mark.parametrize("name", ["parameter_jacobian", "regressor"])
-def test_functions_without_loops(name: str) -> None:
-    """A chain of middle length has them written out, a long one not; nor does one that must be loops."""
+def test_a_function_without_loops() -> None:
+    """A chain of middle length has it written out, a long one not; nor does one that must be loops."""
+    name = "regressor"
     message = rf"^{name} cannot be written as loops over links; allowed for \d+ links: forward_dynamics, "
     for links, options in ((choice.MOST_STRAIGHT_LINKS + 1, {}), (3, {"loops": True})):
         scene = chain(links, "rigid")
         assert_refused(UnsupportedError, message, scene, "articulated", functions=[name], **options)
-    assert name not in loops.LOOPED
-    (program,) = pipeline.programs(articulated(chain(choice.LOOPED_FROM, "rigid")), ["regressor"])
+    assert name not in LOOPED
+    (program,) = pipeline.programs(articulated(chain(choice.LOOPED_FROM, "rigid")), [name])
     assert not repeats(program)
 
 
@@ -692,5 +707,5 @@ def test_a_thousand_links_do_not_recurse() -> None:
 def test_every_function_is_looped_or_says_so() -> None:
     """What a scene has by default can be written as loops."""
     scene = CASES["walker_rods_prescribed"]
-    assert functions.select(articulated(scene), None) == [name for name in loops.LOOPED if FUNCTIONS[name].default]
-    assert [name for name in loops.LOOPED if not FUNCTIONS[name].default] == ["jacobian"]
+    assert functions.select(articulated(scene), None) == [name for name in LOOPED if FUNCTIONS[name].default]
+    assert [name for name in LOOPED if not FUNCTIONS[name].default] == [*choice.LOOPED_COLUMNS]

@@ -122,6 +122,7 @@ class Solved:
         kept: what the way down needs and is computed on the way up, by any names.
         driven: of it, what depends on the inputs.
         joint, end, found: what flows in and out on the way down, and its results.
+        apart: z of a lumped link (below), the acceleration of its end against its joint by unit of L'; None of others.
     """
 
     above: Flow
@@ -131,6 +132,7 @@ class Solved:
     joint: Flow
     end: Flow
     found: Results
+    apart: tuple[Node, Node] | None = None
 
     def __init__(self, link: LinkSymbols, below: Flow) -> None:
         self.link, self.below = link, below
@@ -280,7 +282,7 @@ class _Lumped(Solved):
         link = self.link
         along, across = from_parent(link, u, n)
         pulled = _apply(self.gain, along, across)
-        zu, zn = self.z[0] - pulled[0], self.z[1] - pulled[1]
+        zu, zn = self.apart = self.z[0] - pulled[0], self.z[1] - pulled[1]
         # s (1/s) is 1, or NaN where s vanishes: the state as a whole is singular there, not only its angle.
         results = {
             "angle": (zn - 2 * (link.length_rate * link.rate)) * self.per_length,

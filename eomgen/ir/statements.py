@@ -31,6 +31,7 @@ class Text:
         depth: operations nested in it.
         node: the operation it prints.
         factors: the two factors of a product.
+        opposite: how its negative is written, where that is not a sign before it.
         late: the longest chain of operations up to it.
     """
 
@@ -39,6 +40,7 @@ class Text:
     depth: int
     node: Node
     factors: tuple[str, str] | None = None
+    opposite: str | None = None
     late: int = 0
 
 

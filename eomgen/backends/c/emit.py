@@ -79,7 +79,7 @@ def _routine(program: Program, name: str, steps: tuple[Step, ...], arithmetic: A
     arguments = "p, c" if constants else "in, places, p, c, out, work"
     pointers = _pointers(program, arithmetic, constants)
     printer = arithmetic.printer(_kinds(program), is_short(program))
-    apart = "" if is_short(program) else template.APART
+    apart = template.TOGETHER if is_short(program) else template.APART
     pieces: list[str] = []
 
     def add(frame: str, name: str, title: str, body: list[str], more: str = "") -> None:
@@ -364,6 +364,7 @@ def _interface(program: Program, model: Model) -> str:
         name=program.name,
         inputs=", ".join(inputs),
         constants=max(1, arithmetic.size * program.size("constants")),
+        unused="" if program.constants else " = {0}",
         work=max(1, arithmetic.size * program.size("work", "carried")),
         loads="\n".join(loads),
         parameters=parameters,

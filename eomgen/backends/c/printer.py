@@ -77,19 +77,27 @@ class CPrinter:
             fused = self._fused(node, *args)
             if fused is not None:
                 return fused
+        if node.op == "neg" and args[0].opposite is not None:
+            return Text(args[0].opposite, 3, args[0].depth, node)
         return infix(node, args)
 
     def _fused(self, node: Node, left: Text, right: Text) -> Text | None:
-        """fma for a sum with a product that has no name of its own; of two, that which comes last."""
+        """fma for a sum with a product that has no name of its own; of two, that which comes last.
+
+        Its negative is one, too: a compiler takes a sign into the fma of scalars, but not of vectors, and a zero can
+        then have another sign.
+        """
         minus = node.op == "sub"
         orders = [(left, right, False), (right, left, minus)]
         for product, other, flip in sorted(orders, key=lambda order: -order[0].late):
             if product.factors is None:
                 continue
-            a, b = product.factors
-            addend = other.text if not minus or flip else f"-{wrapped(other, 3)}"
-            function = "FNMA" if flip else "FMA"
-            return Text(f"{function}({a}, {b}, {addend})", 3, 1 + max(left.depth, right.depth), node)
+            factors = ", ".join(product.factors)
+            addends = other.text, other.opposite or f"-{wrapped(other, 3)}"
+            kept = not minus or flip
+            text = f"{'FNMA' if flip else 'FMA'}({factors}, {addends[not kept]})"
+            opposite = f"{'FMA' if flip else 'FNMA'}({factors}, {addends[kept]})"
+            return Text(text, 3, 1 + max(left.depth, right.depth), node, opposite=opposite)
         return None
 
     def assign(self, name: str, text: str) -> str:

@@ -116,7 +116,7 @@ PARAMETERS = (
 )
 CONSTANTS_PARAMETERS = "const scalar *p, {still} *restrict c"
 
-APART = "__attribute__((noinline)) "
+APART, TOGETHER = "static EOM_APART", "EOM_INLINE"
 FUNCTION = """\
 EOM_LINKAGE void EOM_NAME({name})({parameters})
 {{
@@ -125,7 +125,7 @@ EOM_LINKAGE void EOM_NAME({name})({parameters})
 """
 
 PART = """\
-static {apart}void EOM_NAME({name})({parameters})
+{apart} void EOM_NAME({name})({parameters})
 {{
 {body}
 }}
@@ -160,9 +160,9 @@ TABLE = """\
 #define EOM_PART 0 /* everything; 1: the scalars, the table and the functions, 2: the vectors, to be linked with 1 */
 #endif
 #if EOM_PART == 2
-#define EOM_LINKAGE
+#define EOM_LINKAGE EOM_APART
 #else
-#define EOM_LINKAGE static
+#define EOM_LINKAGE static EOM_APART
 #endif
 
 {includes}
@@ -200,7 +200,7 @@ INTERFACE = """\
 {prototype}
 {{
     const double *in[] = {{{inputs}}};
-    double c[{constants}], work[{work}];
+    double c[{constants}]{unused}, work[{work}];
 {loads}
     {name}_f64(in, 0, {parameters}, (void *)c, out, (void *)work);
 }}

@@ -54,6 +54,13 @@
 
 #define EOM_INLINE static inline __attribute__((always_inline, unused))
 #define EOM_CALL static __attribute__((noinline, unused))
+/* Functions that nothing is concluded about from their text. GCC 12 writes addresses in loops such that one has no base,
+ * takes that for an access to a null pointer, the function for one without effects, and leaves out the call. */
+#if defined(__has_attribute) && __has_attribute(noipa)
+#define EOM_APART __attribute__((noipa))
+#else
+#define EOM_APART __attribute__((noinline))
+#endif
 #define EOM_COLD static __attribute__((noinline, cold, unused))
 #define EOM_UNLIKELY(condition) __builtin_expect(!!(condition), 0)
 

@@ -14,9 +14,9 @@
 #define EOM_PART 0 /* everything; 1: the scalars, the table and the functions, 2: the vectors, to be linked with 1 */
 #endif
 #if EOM_PART == 2
-#define EOM_LINKAGE
+#define EOM_LINKAGE EOM_APART
 #else
-#define EOM_LINKAGE static
+#define EOM_LINKAGE static EOM_APART
 #endif
 
 #if EOM_PART != 2
@@ -239,7 +239,7 @@ void leg_prescribed_forces_batch(size_t states, const double *q, const double *v
 void leg_joints(const double *q, const double *w, const double *p, double *out)
 {
     const double *in[] = {q, w};
-    double c[1], work[1];
+    double c[1] = {0}, work[1];
 
     joints_f64(in, 0, p, (void *)c, out, (void *)work);
 }

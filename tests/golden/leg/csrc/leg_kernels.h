@@ -139,7 +139,7 @@ EOM_LINKAGE void EOM_NAME(forward_dynamics)(const scalar *const *in, const eom_p
     pack t28; EACH t28[h] = EOM_AT(v, 0)[h] * EOM_AT(v, 0)[h];
     EOM_FETCH(u, 1);
     pack t29; EACH t29[h] = EOM_AT(u, 1)[h] - FMA(p[11], (c3[h] * t5[h]), FNMA(t28[h], t20[h], FMA(t21[h], t27[h], t24[h] * t8[h])));
-    pack t30; EACH t30[h] = FMA(p[6], EOM_AT(v, 2)[h], FMA(p[11], (s2[h] * c[5]), FMA(EOM_AT(w, 2)[h], (t4[h] * c[0]), FMA(t24[h], (t12[h] * c[0]), -FMA(t19[h], t27[h], t28[h] * t23[h])))));
+    pack t30; EACH t30[h] = FMA(p[6], EOM_AT(v, 2)[h], FMA(p[11], (s2[h] * c[5]), FMA(EOM_AT(w, 2)[h], (t4[h] * c[0]), FMA(t24[h], (t12[h] * c[0]), FNMA(t19[h], t27[h], -(t28[h] * t23[h]))))));
     EOM_FETCH(u, 2);
     pack t31; EACH t31[h] = FNMA(t29[h], t14[h], EOM_AT(u, 2)[h] - t30[h]);
     EOM_FETCH(u, 0);
@@ -150,7 +150,7 @@ EOM_LINKAGE void EOM_NAME(forward_dynamics)(const scalar *const *in, const eom_p
     EOM_FETCH(out, 2);
     EACH EOM_AT(out, 2)[h] = t33[h];
     EOM_FETCH(out, 1);
-    EACH EOM_AT(out, 1)[h] = FMA(t29[h], t10[h], -FMA(t14[h], t33[h], t11[h] * t32[h]));
+    EACH EOM_AT(out, 1)[h] = FMA(t29[h], t10[h], FNMA(t14[h], t33[h], -(t11[h] * t32[h])));
 }
 
 /* ---- inverse_dynamics ----
@@ -227,7 +227,7 @@ EOM_LINKAGE void EOM_NAME(inverse_dynamics)(const scalar *const *in, const eom_p
     EACH EOM_AT(out, 1)[h] = t21[h];
     EOM_FETCH(out, 0);
     EACH EOM_AT(out, 0)[h] = t16[h] + t21[h];
-    pack t22; EACH t22[h] = FMA(p[6], EOM_AT(v, 2)[h], FMA(p[11], (s2[h] * c[5]), FMA(EOM_AT(w, 2)[h], (t12[h] * c[0]), FMA(t11[h], (t3[h] * c[0]), -FMA(t0[h], t17[h], t19[h] * t10[h])))));
+    pack t22; EACH t22[h] = FMA(p[6], EOM_AT(v, 2)[h], FMA(p[11], (s2[h] * c[5]), FMA(EOM_AT(w, 2)[h], (t12[h] * c[0]), FMA(t11[h], (t3[h] * c[0]), FNMA(t0[h], t17[h], -(t19[h] * t10[h]))))));
     EOM_FETCH(out, 2);
     EACH EOM_AT(out, 2)[h] = t22[h] + FMA(EOM_AT(a, 1)[h], t20[h], EOM_AT(a, 2)[h] * c[6]);
 }
@@ -350,7 +350,7 @@ EOM_LINKAGE void EOM_NAME(bias)(const scalar *const *in, const eom_place *places
     pack t14; EACH t14[h] = EOM_AT(v, 0)[h] * EOM_AT(v, 0)[h];
     EOM_FETCH(out, 1);
     EACH EOM_AT(out, 1)[h] = FMA(p[11], (c1[h] * t4[h]), FNMA(t14[h], t5[h], FMA(t6[h], t13[h], t9[h] * (EOM_AT(w, 0)[h] * c[1]))));
-    pack t15; EACH t15[h] = FMA(p[6], EOM_AT(v, 2)[h], FMA(p[11], (s2[h] * c[5]), FMA(EOM_AT(w, 2)[h], (t10[h] * c[0]), FMA(t9[h], (t3[h] * c[0]), -FMA(t0[h], t13[h], t14[h] * t8[h])))));
+    pack t15; EACH t15[h] = FMA(p[6], EOM_AT(v, 2)[h], FMA(p[11], (s2[h] * c[5]), FMA(EOM_AT(w, 2)[h], (t10[h] * c[0]), FMA(t9[h], (t3[h] * c[0]), FNMA(t0[h], t13[h], -(t14[h] * t8[h]))))));
     EOM_FETCH(out, 2);
     EACH EOM_AT(out, 2)[h] = t15[h];
 }
@@ -452,7 +452,7 @@ EOM_LINKAGE void EOM_NAME(prescribed_forces)(const scalar *const *in, const eom_
     EOM_FETCH(v, 2);
     EOM_FETCH(v, 1);
     EOM_FETCH(w, 0);
-    pack t5; EACH t5[h] = FMA(EOM_AT(a, 2)[h], (t2[h] * c[0]), -(EOM_AT(a, 0)[h] * (t3[h] * t4[h]))) + FMA(EOM_AT(w, 2)[h], c[1], -FMA(K(2.0) * (EOM_AT(v, 0)[h] * EOM_AT(v, 2)[h]), (t3[h] * c[0]), FMA(EOM_AT(v, 0)[h] * EOM_AT(v, 0)[h], (t2[h] * t4[h]), EOM_AT(v, 1)[h] * EOM_AT(v, 1)[h] * (EOM_AT(w, 0)[h] * c[1]))));
+    pack t5; EACH t5[h] = FMA(EOM_AT(a, 2)[h], (t2[h] * c[0]), -(EOM_AT(a, 0)[h] * (t3[h] * t4[h]))) + FMA(EOM_AT(w, 2)[h], c[1], FNMA(K(2.0) * (EOM_AT(v, 0)[h] * EOM_AT(v, 2)[h]), (t3[h] * c[0]), FNMA(EOM_AT(v, 0)[h] * EOM_AT(v, 0)[h], (t2[h] * t4[h]), -(EOM_AT(v, 1)[h] * EOM_AT(v, 1)[h] * (EOM_AT(w, 0)[h] * c[1])))));
     EOM_FETCH(out, 0);
     EACH EOM_AT(out, 0)[h] = FMA(p[11], (s1[h] * c[0]), t5[h]);
 }

@@ -14,9 +14,9 @@
 #define EOM_PART 0 /* everything; 1: the scalars, the table and the functions, 2: the vectors, to be linked with 1 */
 #endif
 #if EOM_PART == 2
-#define EOM_LINKAGE
+#define EOM_LINKAGE EOM_APART
 #else
-#define EOM_LINKAGE static
+#define EOM_LINKAGE static EOM_APART
 #endif
 
 #if EOM_PART != 2

@@ -94,7 +94,7 @@ typedef real pack[EOM_WIDE];
 #define STREAMS EOM_WIDE
 #if EOM_SCALAR_TEXT
 
-static void EOM_NAME(forward_dynamics_constants_1)(const scalar *p, scalar *restrict c)
+EOM_INLINE void EOM_NAME(forward_dynamics_constants_1)(const scalar *p, scalar *restrict c)
 {
     /* constants of link4, tips to root */
     scalar *const inertia_p_up = c + 7;
@@ -113,7 +113,7 @@ static void EOM_NAME(forward_dynamics_constants_1)(const scalar *p, scalar *rest
     EACH c[0] = (t0[h] + t1[h] + t2[h]) * t6[h];
 }
 
-static void EOM_NAME(forward_dynamics_constants_2)(const scalar *p, scalar *restrict c)
+EOM_INLINE void EOM_NAME(forward_dynamics_constants_2)(const scalar *p, scalar *restrict c)
 {
     /* constants of link2 to link3, tips to root */
     scalar *const inertia_p_up = c + 7;
@@ -143,7 +143,7 @@ static void EOM_NAME(forward_dynamics_constants_2)(const scalar *p, scalar *rest
     }
 }
 
-static void EOM_NAME(forward_dynamics_constants_3)(const scalar *p, scalar *restrict c)
+EOM_INLINE void EOM_NAME(forward_dynamics_constants_3)(const scalar *p, scalar *restrict c)
 {
     /* constants of link1, root to tips */
     scalar *const inertia_p_up = c + 7;
@@ -159,7 +159,7 @@ static void EOM_NAME(forward_dynamics_constants_3)(const scalar *p, scalar *rest
     EACH c[4] = t7[h] * (t0[h] + t1[h] + t2[h] + t3[h]);
 }
 
-static void EOM_NAME(forward_dynamics_constants_4)(const scalar *p, scalar *restrict c)
+EOM_INLINE void EOM_NAME(forward_dynamics_constants_4)(const scalar *p, scalar *restrict c)
 {
     /* constants of link4, root to tips */
     pack t0; EACH t0[h] = p[18] * p[21];
@@ -183,7 +183,7 @@ EOM_LINKAGE void EOM_NAME(forward_dynamics_constants)(const scalar *p, scalar *r
 
 #endif
 
-static void EOM_NAME(forward_dynamics_1)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
+EOM_INLINE void EOM_NAME(forward_dynamics_1)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link4, tips to root */
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
@@ -216,7 +216,7 @@ static void EOM_NAME(forward_dynamics_1)(const scalar *const *in, const eom_plac
     EACH torque_up[0][h] = EOM_AT(u, 3)[h];
 }
 
-static void EOM_NAME(forward_dynamics_2)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
+EOM_INLINE void EOM_NAME(forward_dynamics_2)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link2 to link3, tips to root */
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
@@ -263,7 +263,7 @@ static void EOM_NAME(forward_dynamics_2)(const scalar *const *in, const eom_plac
     EACH torque_up[0][h] = torque_up_in[h];
 }
 
-static void EOM_NAME(forward_dynamics_3)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
+EOM_INLINE void EOM_NAME(forward_dynamics_3)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link1, root to tips */
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
@@ -300,7 +300,7 @@ static void EOM_NAME(forward_dynamics_3)(const scalar *const *in, const eom_plac
     EACH EOM_AT(out, 4)[h] = FMA(EOM_AT(q, 4)[h] * t6[h], (EOM_AT(q, 4)[h] * (EOM_AT(v, 0)[h] * EOM_AT(v, 0)[h])), t2[h]);
 }
 
-static void EOM_NAME(forward_dynamics_4)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
+EOM_INLINE void EOM_NAME(forward_dynamics_4)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link2 to link3, root to tips */
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
@@ -338,7 +338,7 @@ static void EOM_NAME(forward_dynamics_4)(const scalar *const *in, const eom_plac
     EACH acceleration_n_down1[0][h] = acceleration_n_down1_in[h];
 }
 
-static void EOM_NAME(forward_dynamics_5)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
+EOM_INLINE void EOM_NAME(forward_dynamics_5)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link4, root to tips */
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
@@ -381,7 +381,7 @@ EOM_LINKAGE void EOM_NAME(forward_dynamics)(const scalar *const *in, const eom_p
 #define STREAMS 1
 #if EOM_SCALAR_TEXT
 
-static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_1)(const scalar *p, scalar *restrict c)
+static EOM_APART void EOM_NAME(mass_matrix_constants_1)(const scalar *p, scalar *restrict c)
 {
     /* constants of link4, tips to root */
     scalar *const hung_mass_up = c + 14;
@@ -393,7 +393,7 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_1)(const sc
     EACH c[1] = FMA(p[23], t2[h], FMA(p[21], t0[h], p[22] * t1[h]));
 }
 
-static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_2)(const scalar *p, scalar *restrict c)
+static EOM_APART void EOM_NAME(mass_matrix_constants_2)(const scalar *p, scalar *restrict c)
 {
     /* constants of link2 to link3, tips to root */
     scalar *const hung_mass_up = c + 14;
@@ -411,7 +411,7 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_2)(const sc
     }
 }
 
-static __attribute__((noinline)) void EOM_NAME(mass_matrix_constants_3)(const scalar *p, scalar *restrict c)
+static EOM_APART void EOM_NAME(mass_matrix_constants_3)(const scalar *p, scalar *restrict c)
 {
     /* constants of link1, tips to root */
     scalar *const hung_mass_up = c + 14;
@@ -435,7 +435,7 @@ EOM_LINKAGE void EOM_NAME(mass_matrix_constants)(const scalar *p, scalar *restri
 
 #endif
 
-static __attribute__((noinline)) void EOM_NAME(mass_matrix_1)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
+static EOM_APART void EOM_NAME(mass_matrix_1)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* sums start at zero */
     EOM_PLACE(out, 1);
@@ -445,7 +445,7 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_1)(const scalar *cons
     }
 }
 
-static __attribute__((noinline)) void EOM_NAME(mass_matrix_2)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
+static EOM_APART void EOM_NAME(mass_matrix_2)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link4, tips to root */
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
@@ -472,7 +472,7 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_2)(const scalar *cons
     EACH EOM_AT(out, 63)[h] = R(c[1]);
 }
 
-static __attribute__((noinline)) void EOM_NAME(mass_matrix_3)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
+static EOM_APART void EOM_NAME(mass_matrix_3)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link2 to link3, tips to root */
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
@@ -503,7 +503,7 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_3)(const scalar *cons
     }
 }
 
-static __attribute__((noinline)) void EOM_NAME(mass_matrix_4)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
+static EOM_APART void EOM_NAME(mass_matrix_4)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link1, tips to root */
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
@@ -532,7 +532,7 @@ static __attribute__((noinline)) void EOM_NAME(mass_matrix_4)(const scalar *cons
     EACH EOM_AT(out, 36)[h] = R(c[13]);
 }
 
-static __attribute__((noinline)) void EOM_NAME(mass_matrix_5)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
+static EOM_APART void EOM_NAME(mass_matrix_5)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* pairs of links */
     EOM_PLACE(out, 1);
@@ -570,7 +570,7 @@ EOM_LINKAGE void EOM_NAME(mass_matrix)(const scalar *const *in, const eom_place 
 #define STREAMS 1
 #if EOM_SCALAR_TEXT
 
-static __attribute__((noinline)) void EOM_NAME(energy_constants_1)(const scalar *p, scalar *restrict c)
+static EOM_APART void EOM_NAME(energy_constants_1)(const scalar *p, scalar *restrict c)
 {
     /* constants of link1, root to tips */
     pack t0; EACH t0[h] = p[0] * p[3];
@@ -580,7 +580,7 @@ static __attribute__((noinline)) void EOM_NAME(energy_constants_1)(const scalar 
     EACH c[1] = FMA(p[5], t2[h], FMA(p[3], t0[h], p[4] * t1[h]));
 }
 
-static __attribute__((noinline)) void EOM_NAME(energy_constants_2)(const scalar *p, scalar *restrict c)
+static EOM_APART void EOM_NAME(energy_constants_2)(const scalar *p, scalar *restrict c)
 {
     /* constants of link2 to link3, root to tips */
     for (int k = 0; k < 2; k++) {
@@ -593,7 +593,7 @@ static __attribute__((noinline)) void EOM_NAME(energy_constants_2)(const scalar 
     }
 }
 
-static __attribute__((noinline)) void EOM_NAME(energy_constants_3)(const scalar *p, scalar *restrict c)
+static EOM_APART void EOM_NAME(energy_constants_3)(const scalar *p, scalar *restrict c)
 {
     /* constants of link4, root to tips */
     pack t0; EACH t0[h] = p[18] * p[21];
@@ -613,7 +613,7 @@ EOM_LINKAGE void EOM_NAME(energy_constants)(const scalar *p, scalar *restrict c)
 
 #endif
 
-static __attribute__((noinline)) void EOM_NAME(energy_1)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
+static EOM_APART void EOM_NAME(energy_1)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* sums start at zero */
     pack *const sum = work + 0;
@@ -622,7 +622,7 @@ static __attribute__((noinline)) void EOM_NAME(energy_1)(const scalar *const *in
     }
 }
 
-static __attribute__((noinline)) void EOM_NAME(energy_2)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
+static EOM_APART void EOM_NAME(energy_2)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link1, root to tips */
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
@@ -645,7 +645,7 @@ static __attribute__((noinline)) void EOM_NAME(energy_2)(const scalar *const *in
     EACH sum[1][h] += p[24] * (s0[h] * (EOM_AT(q, 4)[h] * c[0]));
 }
 
-static __attribute__((noinline)) void EOM_NAME(energy_3)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
+static EOM_APART void EOM_NAME(energy_3)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link2 to link3, root to tips */
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
@@ -680,7 +680,7 @@ static __attribute__((noinline)) void EOM_NAME(energy_3)(const scalar *const *in
     EACH velocity_y_down[0][h] = velocity_y_down_in[h];
 }
 
-static __attribute__((noinline)) void EOM_NAME(energy_4)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
+static EOM_APART void EOM_NAME(energy_4)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* link4, root to tips */
     const scalar *const q = in[0]; EOM_PLACE(q, 0);
@@ -703,7 +703,7 @@ static __attribute__((noinline)) void EOM_NAME(energy_4)(const scalar *const *in
     EACH sum[1][h] += p[24] * FMA(s1[h], t2[h], height_down_in[h] * c[10]);
 }
 
-static __attribute__((noinline)) void EOM_NAME(energy_5)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
+static EOM_APART void EOM_NAME(energy_5)(const scalar *const *in, const eom_place *places, const scalar *p, const scalar *c, scalar *restrict out, pack *restrict work)
 {
     /* sums */
     EOM_PLACE(out, 2);
