@@ -332,7 +332,8 @@ class _Builder:
             below, above = (tuple(sorted(found.items())) for found in ends)
             if below and above:
                 alike.setdefault((below, above), []).append(product)
-        return [self._paired(dict(below), dict(above), found) for (below, above), found in alike.items()]
+        blocks = [self._paired(dict(below), dict(above), found) for (below, above), found in alike.items()]
+        return [block for block in blocks if block.inner and max(block.inner.first) >= 0]
 
     def _paired(self, below: dict[int, int], above: dict[int, int], products: Sequence[Product]) -> Block:
         """Products of every vector and those of the links above its own.
