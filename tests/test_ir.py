@@ -607,6 +607,12 @@ def test_chunk_stores_a_number_of_many_places_in_a_loop(graph: Graph) -> None:
         assert exact_run(pieces) == exact_run(program)
 
 
+def test_chunk_leaves_lists_of_numbers_whole(graph: Graph) -> None:
+    """A back end makes a table of them, however often a number is among them."""
+    program = a_program([graph.constant(i % 2) for i in range(3 * chunk.MANY)], {})
+    assert chunk.run(program).blocks == program.blocks
+
+
 def test_chunk_leaves_short_programs_alone() -> None:
     program = random_program(0, 60)
     assert chunk.run(program, 400).blocks == program.blocks

@@ -62,8 +62,11 @@ def _pieces(blocks: tuple[Step, ...], array: str, role: str, scratch: list[Array
 
 
 def _without_numbers(step: Step) -> list[Step]:
-    """A straight-line block without the numbers that it stores in many places of an array, after loops for these."""
-    if not isinstance(step, Block) or step.looped:
+    """A straight-line block without the numbers that it stores in many places of an array, after loops for these.
+
+    One with nothing but numbers stays: a back end makes a table of it.
+    """
+    if not isinstance(step, Block) or step.looped or all(store.node.op == "constant" for store in step.stores):
         return [step]
     places: dict[tuple[Node, str], list[int]] = {}
     for store in step.stores:
@@ -75,4 +78,4 @@ def _without_numbers(step: Step) -> list[Step]:
         for (node, array), indices in many.items()
     ]
     left = tuple(store for store in step.stores if (store.node, store.place.array) not in many or store.add)
-    return [*loops, replace(step, stores=left)] if left else [*loops]
+    return [*loops, replace(step, stores=left)]
