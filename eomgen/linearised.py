@@ -16,7 +16,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from eomgen.frontends.articulated import Flow, Ground, Results, Solved, Walk, forward_dynamics, from_parent, to_parent
+from eomgen.frontends.articulated import (
+    FORCE,
+    Flow,
+    Ground,
+    Results,
+    Solved,
+    Walk,
+    forward_dynamics,
+    from_parent,
+    to_parent,
+)
 from eomgen.frontends.mechanism import LinkSymbols
 from eomgen.ir.derivative import Tape
 from eomgen.ir.expr import Graph, Node
@@ -25,6 +35,7 @@ from eomgen.scene import SPRINGS
 Axes = tuple[Node, Node]  # along a link and across it
 STATE = ("q", "v", "u")  # columns solved for side by side: by a coordinate, its rate and its input
 PARAMETERS = ("p",)
+GATHERED = ("hung_mass", "felt_u", "felt_n")  # what flows up in the third walk
 
 
 def right(link: LinkSymbols, coordinate: str, side: str) -> Node:
@@ -81,12 +92,15 @@ def jacobian(ground: Ground) -> list[Walk]:
     def spring(link: LinkSymbols, flow: Flow) -> tuple[Flow, Results]:
         results: Results = {}
         if link.parent is not None:
-            for name, rate in (("joint_stiffness", ""), ("joint_damping", " rate")):
+            for name, own, other in (
+                ("joint_stiffness", "angle", "parent angle"),
+                ("joint_damping", "rate", "parent angle rate"),
+            ):
                 value = link.value(name)
                 results |= {
-                    f"angle by parent angle{rate}": value,
-                    f"parent angle by {rate.strip() or 'angle'}": value,
-                    f"parent angle by parent angle{rate}": -value,
+                    f"angle by {other}": value,
+                    f"parent angle by {own}": value,
+                    f"parent angle by {other}": -value,
                 }
         return (), results
 
@@ -141,9 +155,6 @@ def spring_slopes(link: LinkSymbols) -> Results:
             turning, along = tape.forward({link.values[name]: link.graph.one})
             results |= {f"angle by {name}": -turning, f"parent angle by {name}": turning, f"length by {name}": -along}
     return results
-
-
-GATHERED = ("hung_mass", "felt_u", "felt_n")
 
 
 def _in_ground(link: LinkSymbols, vectors: dict[str, Axes]) -> Results:
@@ -263,11 +274,11 @@ class _Linear:
 
     def _push(self, link: LinkSymbols, below: Flow) -> tuple[Flow, Results]:
         known = self.solved[link]
-        tape = Tape([*known.above[3:5], *known.driven])
+        tape = Tape([*known.above[FORCE], *known.driven])
         flow: list[Node] = []
         self.driven[link] = []
-        for side, (u, n) in zip(self.sides, _pairs(below), strict=True):
-            seeds = {link.torque: right(link, "angle", side), known.below[3]: u, known.below[4]: n}
+        for side, pushed in zip(self.sides, _pairs(below), strict=True):
+            seeds = {link.torque: right(link, "angle", side), **dict(zip(known.below[FORCE], pushed, strict=True))}
             if link.free:
                 seeds[link.force] = right(link, "length", side)
             seeds.pop(self.graph.zero, None)

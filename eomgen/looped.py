@@ -128,8 +128,9 @@ def _solutions(mechanism: Mechanism, sides: tuple[str, ...], columns: int) -> Ou
 
 def _jacobian(mechanism: Mechanism) -> Outputs:
     own, n = coordinates(mechanism), len(mechanism.symbols.q)
-    columns = _rows(mechanism)
-    for name, indices in _rows(mechanism).items():
+    rows = _rows(mechanism)
+    columns = dict(rows)
+    for name, indices in rows.items():
         columns["rate" if name == "angle" else f"{name} rate"] = {i: n + index for i, index in indices.items()}
     for name, coordinate in (("torque", "angle"), ("force", "length")):
         columns[name] = {i: 2 * n + index for i, index in own[coordinate].items()}

@@ -29,6 +29,7 @@ from eomgen.links import Body
 Flow = tuple[Node, ...]
 Results = dict[str, Node]
 Step = Callable[[LinkSymbols, Flow], tuple[Flow, Results]]
+FORCE = slice(3, 5)  # b (u, n) in what flows up in forward dynamics
 
 
 class Ground(Protocol):

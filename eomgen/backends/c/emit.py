@@ -101,7 +101,7 @@ def _routine(program: Program, name: str, steps: tuple[Step, ...], arithmetic: A
             for number, block in enumerate(step.parts, 1):
                 tables, lines = _body(block, printer)
                 add(template.PART, f"{part}_{number}", block.title, [*tables, *lines], f", int k{more}")
-            return _turns(step, part, parameters, arguments, more, given)
+            return _turns(step, part, f"{parameters}, int k{more}", f"{arguments}, done[turns[turn]]++{given}")
         add(template.PART, part, step.title, _block(step, printer), more)
         return [f"EOM_NAME({part})({arguments}{given});"]
 
@@ -143,25 +143,18 @@ def _used(pointers: dict[str, str], body: list[str]) -> list[str]:
     return [line for name, line in pointers.items() if name in named]
 
 
-def _turns(step: Turns, part: str, parameters: str, arguments: str, more: str, given: str) -> list[str]:
-    """The loop in which blocks take turns; each is a function of its own, as they may be many.
-
-    Args:
-        step: the blocks.
-        part: starts the names of the functions.
-        parameters, more: what they take.
-        arguments, given: what they get.
-    """
+def _turns(step: Turns, part: str, parameters: str, arguments: str) -> list[str]:
+    """The loop in which blocks take turns; each is a function of its own, as they may be many."""
     numbers = range(1, len(step.parts) + 1)
     return [
         f"{{ /* {step.title} */",
-        f"    static void (*const loops[])({parameters}, int k{more}) = {{",
+        f"    static void (*const loops[])({parameters}) = {{",
         *(f"        EOM_NAME({part}_{number})," for number in numbers),
         "    };",
         f"    static const short turns[] = {{{', '.join(map(str, step.order))}}};",
         f"    int done[{len(step.parts)}] = {{0}};",
         f"    for (int turn = 0; turn < {len(step.order)}; turn++)",
-        f"        loops[turns[turn]]({arguments}, done[turns[turn]]++{given});",
+        f"        loops[turns[turn]]({arguments});",
         "}",
     ]
 
