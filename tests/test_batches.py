@@ -21,7 +21,7 @@ from tests.conftest import Compiled
 Change = Callable[[np.ndarray], np.ndarray]
 MOST = 40  # states: more than two streams of the widest lanes of doubles
 SIZES = range(1, MOST + 1)
-LINKS = range(1, 10)  # from shorter to longer than a vector: every way to transpose a tile
+LINKS = range(1, 12)  # from shorter to longer than a vector, and than rows have code for their number
 NAMES = ("forward_dynamics", "mass_matrix", "energy")
 
 
@@ -146,6 +146,23 @@ def test_layouts(links: int, layout: str, build: Callable[..., ModuleType]) -> N
         assert same(call(module, name, changed), expected), name
         one = State(*(x[3] for x in states))
         assert same(call(module, name, one), expected[3]), name
+
+
+@pytest.mark.parametrize("case", [2, 5, 8, 10, 11, "point_masses_4_mixed"])
+def test_each_argument_in_a_layout_of_its_own(
+    case: int | str, build: Callable[..., ModuleType], compiled: Compiled
+) -> None:
+    """Rows, rows with gaps and what is no row side by side; with lengths over time there is a fourth array."""
+    module = build(case) if isinstance(case, int) else compiled(case, "matrix", "c", functions=("forward_dynamics",))
+    states = random_state(module, 7, (37,))
+    expected = singles(module, "forward_dynamics", states)
+    for layouts in itertools.product(("rows", "by columns", "padded rows", "every second state"), repeat=4):
+        arguments = {
+            letter: LAYOUTS[layout](getattr(states, letter)) for letter, layout in zip("qvu", layouts[:3], strict=True)
+        }
+        out = LAYOUTS[layouts[3]](np.full(expected.shape, -7.0))
+        call(module, "forward_dynamics", states._replace(**arguments), out=out)
+        assert same(np.ascontiguousarray(out), expected), layouts
 
 
 @pytest.mark.parametrize("layout", [layout for layout in LAYOUTS if layout != "read-only"])

@@ -134,6 +134,12 @@ EOM_INLINE void FN(eom_store_vectors)(const eom_operand *o, char *first, const V
     }
 }
 
+/* Whether nothing is between a state and the next. */
+static int FN(eom_is_packed)(const eom_operand *o)
+{
+    return o->dense && o->step == o->size * (intptr_t)sizeof(SCALAR);
+}
+
 #ifdef EOM_ROWS
 /* Rows of n adjacent elements, `step` scalars apart, to vectors over the rows. */
 EOM_INLINE void FN(eom_load_rows)(const SCALAR *first, int n, intptr_t step, VECTOR *to, int streams, int blocks)
@@ -173,27 +179,6 @@ static int FN(eom_has_rows)(const eom_operand *o)
 {
     return o->dense && o->step % (intptr_t)sizeof(SCALAR) == 0;
 }
-
-/* Few elements of two blocks, as forward dynamics of few links has: straight-line code for each number of them. */
-#define EOM_EACH_FEW(CASE) CASE(1) CASE(2) CASE(3) CASE(4) CASE(5) CASE(6) CASE(7) CASE(8) CASE(9) CASE(10)
-
-static int FN(eom_load_few)(const SCALAR *first, int n, intptr_t step, VECTOR *to)
-{
-    switch (n) {
-#define EOM_LOAD(n) case n: FN(eom_load_rows)(first, n, step, to, 2, 2); return 1;
-        EOM_EACH_FEW(EOM_LOAD)
-    }
-    return 0;
-}
-
-static int FN(eom_store_few)(SCALAR *first, int n, intptr_t step, const VECTOR *from)
-{
-    switch (n) {
-#define EOM_STORE(n) case n: FN(eom_store_rows)(first, n, step, from, 2, 2); return 1;
-        EOM_EACH_FEW(EOM_STORE)
-    }
-    return 0;
-}
 #endif
 
 /* `blocks` whole vectors of states; constants where they are inlined. */
@@ -206,7 +191,6 @@ EOM_INLINE void FN(eom_load_blocks)(const eom_operand *o, const char *first, VEC
 #ifdef EOM_ROWS
     if (FN(eom_has_rows)(o)) {
         const intptr_t step = o->step / (intptr_t)sizeof(SCALAR);
-        if (blocks == 2 && FN(eom_load_few)((const SCALAR *)first, o->size, step, to)) return;
         FN(eom_load_rows)((const SCALAR *)first, o->size, step, to, streams, blocks);
         return;
     }
@@ -223,7 +207,6 @@ EOM_INLINE void FN(eom_store_blocks)(const eom_operand *o, char *first, const VE
 #ifdef EOM_ROWS
     if (FN(eom_has_rows)(o)) {
         const intptr_t step = o->step / (intptr_t)sizeof(SCALAR);
-        if (blocks == 2 && FN(eom_store_few)((SCALAR *)first, o->size, step, from)) return;
         FN(eom_store_rows)((SCALAR *)first, o->size, step, from, streams, blocks);
         return;
     }
@@ -304,44 +287,129 @@ static void FN(eom_store_past)(const eom_operand *o, intptr_t state, const VECTO
 #endif
 }
 
+/* A batch on its way through a kernel, block by block. By operand, of which the result is the last: */
+typedef struct {
+    const eom_operand *operand[EOM_MAX_INPUTS + 1];
+    VECTOR *copy[EOM_MAX_INPUTS + 1];  /* a block of it in lanes */
+    SCALAR *at[EOM_MAX_INPUTS + 1];    /* where the kernel finds it */
+    intptr_t move[EOM_MAX_INPUTS + 1]; /* what is added to that from block to block, scalars */
+    eom_place places[EOM_MAX_INPUTS + 1];
+    intptr_t advance[EOM_MAX_INPUTS + 1]; /* what is added to the next place, bytes */
+    int inputs, streams;
+    int copied, copies[EOM_MAX_INPUTS]; /* how many inputs have to be copied for each block, and which */
+    FN(eom_kernel) *kernel;
+    const SCALAR *p, *c;
+    VECTOR *work;
+} FN(eom_batch);
+
+/* Lays out the copies in a buffer. */
+static void FN(eom_prepare)(FN(eom_batch) *x, SCALAR *buffer)
+{
+    const intptr_t whole = x->streams * EOM_WIDTH;
+    VECTOR *next = (VECTOR *)buffer;
+    for (int i = 0; i <= x->inputs; i++) {
+        const eom_operand *o = x->operand[i];
+        const int packed = FN(eom_is_packed)(o); /* as many lines as its copy */
+        x->copy[i] = next;
+        next += o->size * x->streams;
+        x->at[i] = o->pitch ? (SCALAR *)o->base : (SCALAR *)x->copy[i];
+        x->move[i] = o->pitch ? whole : 0;
+        x->places[i].pitch = o->pitch ? o->pitch : whole;
+        x->places[i].next = (uintptr_t)x->copy[i];
+        x->advance[i] = 0;
+        if (o->pitch || packed) {
+            x->places[i].next = eom_ahead(o->base, (o->pitch ? EOM_AHEAD : whole) * o->step);
+            x->advance[i] = whole * o->step;
+        }
+        if (i == x->inputs || o->pitch) continue;
+        if (o->step != 0) x->copies[x->copied++] = i;
+        for (int h = 0; h < x->streams && o->step == 0; h++)
+            FN(eom_load_strided)(o, o->base, EOM_WIDTH, x->copy[i] + h, x->streams);
+    }
+    x->work = next;
+}
+
+EOM_INLINE void FN(eom_compute)(FN(eom_batch) *x)
+{
+    x->kernel((const SCALAR *const *)x->at, x->places, x->p, x->c, x->at[x->inputs], x->work);
+    for (int i = 0; i <= x->inputs; i++) {
+        x->at[i] += x->move[i];
+        x->places[i].next += x->advance[i];
+    }
+}
+
+#ifdef EOM_ROWS
+/* Two streams of rows of n elements, in code for this number, as it is the loops and addresses that take time with few.
+ *
+ * rows: how many of the copied inputs, the first ones, are such rows, as the result is; packed: nothing is between rows.
+ * Returns the number of states that are done.
+ */
+EOM_INLINE intptr_t FN(eom_run_rows)(FN(eom_batch) *x, intptr_t states, int n, int rows, int packed)
+{
+    const intptr_t whole = 2 * EOM_WIDTH, size = sizeof(SCALAR);
+    const eom_operand *result = x->operand[x->inputs];
+    intptr_t block = 0;
+    for (; block + whole <= states; block += whole) {
+        for (int j = 0; j < rows; j++) {
+            const eom_operand *o = x->operand[x->copies[j]];
+            const intptr_t step = packed ? n : o->step / size;
+            FN(eom_load_rows)((const SCALAR *)o->base + block * step, n, step, x->copy[x->copies[j]], 2, 2);
+        }
+        for (int j = rows; j < x->copied; j++)
+            FN(eom_load_whole)(x->operand[x->copies[j]], block, x->copy[x->copies[j]], 2);
+        FN(eom_compute)(x);
+        const intptr_t step = packed ? n : result->step / size;
+        FN(eom_store_rows)((SCALAR *)result->base + block * step, n, step, x->copy[x->inputs], 2, 2);
+    }
+    return block;
+}
+
+/* The blocks of forward dynamics of few coordinates; returns the number of states that are done, 0 if it is not that. */
+static intptr_t FN(eom_run_few)(FN(eom_batch) *x, intptr_t states)
+{
+    const eom_operand *result = x->operand[x->inputs];
+    const int n = result->size;
+    int packed = FN(eom_is_packed)(result), rows = 0;
+    if (x->streams != 2 || result->pitch || !FN(eom_has_rows)(result)) return 0;
+    for (int j = 0; j < x->copied; j++) {
+        const int i = x->copies[j];
+        if (x->operand[i]->size != n || !FN(eom_has_rows)(x->operand[i])) continue;
+        x->copies[j] = x->copies[rows];
+        x->copies[rows++] = i;
+        packed &= FN(eom_is_packed)(x->operand[i]);
+    }
+    switch (n) {
+#define EOM_RUN(n)                                                                                                     \
+    case n: return packed ? FN(eom_run_rows)(x, states, n, rows, 1) : FN(eom_run_rows)(x, states, n, rows, 0);
+        EOM_RUN(2) EOM_RUN(3) EOM_RUN(4) EOM_RUN(5) EOM_RUN(6) EOM_RUN(7) EOM_RUN(8) EOM_RUN(9) EOM_RUN(10)
+#undef EOM_RUN
+    }
+    return 0;
+}
+#endif
+
 /* Blocks of `streams` vectors of states; lanes past the end repeat the last state. past: store results past the cache. */
 static void FN(eom_run_lanes)(const eom_function *f, const eom_kernels *k, const eom_operand *operand, intptr_t states,
                               const SCALAR *p, const SCALAR *c, int streams, int past, SCALAR *buffer)
 {
     const intptr_t whole = streams * EOM_WIDTH;
-    const eom_operand *result = &operand[f->inputs + 1];
-    const SCALAR *inputs[EOM_MAX_INPUTS];
-    VECTOR *copies[EOM_MAX_INPUTS + 1] = {0}, *next = (VECTOR *)buffer;
-    eom_place places[EOM_MAX_INPUTS + 1];
-    intptr_t advance[EOM_MAX_INPUTS + 1];
-    for (int i = 0; i <= f->inputs; i++) {
-        const eom_operand *o = i < f->inputs ? &operand[i] : result;
-        copies[i] = next;
-        next += o->size * streams;
-        if (i < f->inputs) inputs[i] = (const SCALAR *)copies[i];
-        for (int h = 0; h < streams && o->step == 0 && i < f->inputs; h++)
-            FN(eom_load_strided)(o, o->base, EOM_WIDTH, copies[i] + h, streams);
-        int rows = o->dense && o->step == (intptr_t)sizeof(SCALAR) * o->size; /* as many lines as their copy in lanes */
-        places[i].pitch = o->pitch ? o->pitch : whole;
-        places[i].next = o->pitch || rows ? eom_ahead(o->base, (o->pitch ? EOM_AHEAD : whole) * o->step) : (uintptr_t)copies[i];
-        advance[i] = o->pitch || rows ? whole * o->step : 0;
-    }
-    SCALAR *out = (SCALAR *)copies[f->inputs];
-    VECTOR *work = next;
-    FN(eom_kernel) *kernel = (FN(eom_kernel) *)k->lanes;
+    const int inputs = f->inputs;
+    const eom_operand *result = &operand[inputs + 1];
+    FN(eom_batch) x = {.inputs = inputs, .streams = streams, .kernel = (FN(eom_kernel) *)k->lanes, .p = p, .c = c};
+    for (int i = 0; i <= inputs; i++) x.operand[i] = i < inputs ? &operand[i] : result;
+    FN(eom_prepare)(&x, buffer);
     intptr_t block = 0;
+#ifdef EOM_ROWS
+    block = FN(eom_run_few)(&x, states);
+#endif
     for (; block + whole <= states; block += whole) {
-        for (int i = 0; i < f->inputs; i++)
-            if (operand[i].pitch)
-                inputs[i] = (const SCALAR *)operand[i].base + block;
-            else if (operand[i].step != 0)
-                FN(eom_load_whole)(&operand[i], block, copies[i], streams);
-        kernel(inputs, places, p, c, result->pitch ? (SCALAR *)result->base + block : out, work);
+        for (int j = 0; j < x.copied; j++)
+            FN(eom_load_whole)(x.operand[x.copies[j]], block, x.copy[x.copies[j]], streams);
+        FN(eom_compute)(&x);
         if (past)
-            FN(eom_store_past)(result, block, copies[f->inputs], streams);
+            FN(eom_store_past)(result, block, x.copy[inputs], streams);
         else if (!result->pitch)
-            FN(eom_store_whole)(result, block, copies[f->inputs], streams);
-        for (int i = 0; i <= f->inputs; i++) places[i].next += advance[i];
+            FN(eom_store_whole)(result, block, x.copy[inputs], streams);
     }
     if (past) EOM_STREAMED();
     if (block == states) return;
@@ -351,15 +419,15 @@ static void FN(eom_run_lanes)(const eom_function *f, const eom_kernels *k, const
         intptr_t left = states - block - h * EOM_WIDTH;
         count[h] = left >= EOM_WIDTH ? EOM_WIDTH : left > 0 ? (int)left : 0;
         first[h] = count[h] ? block + h * EOM_WIDTH : states - 1;
-        for (int i = 0; i < f->inputs; i++)
-            if (operand[i].step != 0) FN(eom_load)(&operand[i], first[h], count[h] ? count[h] : 1, copies[i] + h, streams);
+        for (int i = 0; i < inputs; i++)
+            if (operand[i].step != 0) FN(eom_load)(&operand[i], first[h], count[h] ? count[h] : 1, x.copy[i] + h, streams);
     }
-    for (int i = 0; i <= f->inputs; i++) {
-        if (i < f->inputs) inputs[i] = (const SCALAR *)copies[i];
-        places[i] = (eom_place){whole, (uintptr_t)copies[i]};
+    for (int i = 0; i <= inputs; i++) {
+        x.at[i] = (SCALAR *)x.copy[i];
+        x.places[i] = (eom_place){whole, (uintptr_t)x.copy[i]};
     }
-    kernel(inputs, places, p, c, out, work);
-    for (int h = 0; h < streams; h++) FN(eom_store)(result, first[h], count[h], copies[f->inputs] + h, streams);
+    FN(eom_compute)(&x);
+    for (int h = 0; h < streams; h++) FN(eom_store)(result, first[h], count[h], x.copy[inputs] + h, streams);
 }
 #endif
 
