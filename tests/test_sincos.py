@@ -106,6 +106,15 @@ def builds(tmp_path_factory):
     return made
 
 
+@pytest.mark.parametrize(("flags", "why"), [(("-std=c99",), "C11"), (("-std=c11", "-ffast-math"), "-ffast-math")])
+def test_flags_that_would_break_it_are_refused(flags, why):
+    for compiler in compilers():
+        command = [compiler, *flags, "-fsyntax-only", str(RUNTIME / "eomgen_batch.c")]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert done.returncode != 0, compiler
+        assert re.search(f"error: .*{why}", done.stderr), done.stderr[:400]
+
+
 # ---- arguments ---------------------------------------------------------------------------------------------
 
 

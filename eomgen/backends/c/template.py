@@ -216,7 +216,7 @@ INTERFACE = """\
 HEADER = """\
 /* {title}
  *
- * Plain C interface; link {name}.c and eomgen_batch.c (compile with -O2 -ffp-contract=off, no -ffast-math).
+ * Plain C interface; link {name}.c and eomgen_batch.c (C11 or later; compile with -O2 -ffp-contract=off, no -ffast-math).
  * Arrays are row-major and must not overlap the result. The _batch functions run over `states` rows of every
  * argument but p, in vector lanes.
  *

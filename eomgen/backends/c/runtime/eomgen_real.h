@@ -39,6 +39,9 @@
 #ifndef __GNUC__
 #error "eomgen_real.h needs GCC or Clang: it uses their vector types"
 #endif
+#if !defined(__cplusplus) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 201112L)
+#error "eomgen_real.h needs C11: without it aligned_alloc is not declared; leave -std out, or use -std=gnu11 or later"
+#endif
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
 #error "eomgen_real.h: -ffast-math reassociates the argument reduction of sine and cosine and destroys it"
 #endif

@@ -1,6 +1,6 @@
 /* chain4: equations of motion by the articulated method (eomgen VERSION)
  *
- * Plain C interface; link chain4.c and eomgen_batch.c (compile with -O2 -ffp-contract=off, no -ffast-math).
+ * Plain C interface; link chain4.c and eomgen_batch.c (C11 or later; compile with -O2 -ffp-contract=off, no -ffast-math).
  * Arrays are row-major and must not overlap the result. The _batch functions run over `states` rows of every
  * argument but p, in vector lanes.
  *
