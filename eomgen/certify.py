@@ -54,7 +54,7 @@ def import_flint() -> Any:
         import flint
     except ImportError:
         raise UnsupportedError(
-            "certified errors need python-flint, which is not installed; pip install 'eomgen[certify]'"
+            "certified errors need python-flint, which is not installed; pip install python-flint"
         ) from None
     return flint
 

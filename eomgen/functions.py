@@ -43,7 +43,9 @@ FUNCTIONS: dict[str, Function] = {
     "inverse_dynamics": Function(
         "qvaw", lambda n, k, m: (n,), lambda e: e.inverse_dynamics, "inputs u that give the accelerations a"
     ),
-    "mass_matrix": Function("qw", lambda n, k, m: (n, n), lambda e: flatten(e.mass_matrix), "mass matrix M"),
+    "mass_matrix": Function(
+        "qw", lambda n, k, m: (n, n), lambda e: flatten(e.mass_matrix), "mass matrix M of M a + h = Q(u)"
+    ),
     "bias": Function("qvw", lambda n, k, m: (n,), lambda e: e.bias, "bias h: M a + h = Q(u)"),
     "energy": Function(
         "qvw", lambda n, k, m: (2,), lambda e: (e.kinetic, e.potential), "kinetic and potential energy, J"
@@ -53,16 +55,24 @@ FUNCTIONS: dict[str, Function] = {
     ),
     "joints": Function("qw", lambda n, k, m: (m, 2), lambda e: flatten(e.joints), "far-end position of every link, m"),
     "jacobian": Function(
-        "qvuw", lambda n, k, m: (n, 3 * n), sensitivity.jacobian, "accelerations by (q, v, u)", default=False
+        "qvuw",
+        lambda n, k, m: (n, 3 * n),
+        sensitivity.jacobian,
+        "derivatives of the accelerations by (q, v, u), side by side",
+        default=False,
     ),
     "parameter_jacobian": Function(
-        "qvuw", lambda n, k, m: (n, -1), sensitivity.parameter_jacobian, "accelerations by p", default=False
+        "qvuw",
+        lambda n, k, m: (n, -1),
+        sensitivity.parameter_jacobian,
+        "derivatives of the accelerations by p",
+        default=False,
     ),
     "regressor": Function(
         "qvaw",
         lambda n, k, m: (n, -1),
         lambda e: sensitivity.regressor(e).nodes,
-        "matrix Y with u = Y b, b the inertial parameters",
+        "matrix Y with u = Y b, b the parameters (b_names) that inverse dynamics is linear in",
         default=False,
         parameters=False,
     ),

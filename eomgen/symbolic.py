@@ -24,7 +24,7 @@ def import_sympy() -> Any:
     try:
         import sympy
     except ImportError:
-        raise UnsupportedError("this needs SymPy, which is not installed; pip install 'eomgen[sympy]'") from None
+        raise UnsupportedError("this needs SymPy, which is not installed; pip install sympy") from None
     return sympy
 
 

@@ -480,6 +480,19 @@ def test_names_and_facts(backend: str, compiled: Compiled) -> None:
 
 
 @BOTH
+def test_help_tells_shapes(backend: str) -> None:
+    module = eomgen.compile(eomgen.chain(2), backend=backend, functions=["forward_dynamics", "jacobian", "regressor"])
+    for name in ("forward_dynamics", "jacobian", "regressor"):
+        letters = "qva" if name == "regressor" else "qvup"
+        given = [module.p if letter == "p" else np.ones((3, 4)) for letter in letters]
+        function = getattr(module, name)
+        size = ", ".join(map(str, function(*given).shape[1:]))
+        shapes = ", ".join(f"{letter} (..., {x.shape[-1]})" for letter, x in zip(letters, given, strict=True))
+        assert f"{name}({', '.join(letters)})\n" in function.__doc__
+        assert f"{shapes} -> (..., {size}); SI units" in function.__doc__
+
+
+@BOTH
 def test_functions_by_name(backend: str) -> None:
     with pytest.raises(OptionError, match="unknown function 'torque_of'"):
         eomgen.compile(CASES["rigid_1"], backend=backend, functions=["torque_of"])

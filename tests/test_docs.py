@@ -164,6 +164,15 @@ def test_readme_shows_what_the_demo_prints(folder: Path) -> None:
         assert line in readme or "from zero" in line  # that one is rounding, and differs between machines
 
 
+def test_readme_shows_what_compile_counts(capsys: pytest.CaptureFixture[str]) -> None:
+    """The form and the table of functions in the README are what `eomgen compile` prints."""
+    assert cli.main(["compile", "--links", "5", "--method", "matrix", "--backend", "numpy"]) == 0
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    counted = [line for line in capsys.readouterr().out.splitlines() if "->" in line or line.startswith("form")]
+    assert len(counted) == 7
+    assert all(line in readme for line in counted)
+
+
 @pytest.mark.parametrize("page", PAGES)
 def test_links_lead_somewhere(page: str) -> None:
     """Links to files and to headings exist."""

@@ -117,6 +117,19 @@ def init_source(model: Model, backend: str, kernel: str) -> str:
     )
 
 
+def help_text(program: Program) -> list[str]:
+    """What Python's `help` says of a function, by paragraph."""
+    shapes = [f"(..., {', '.join(map(str, array.shape))})" for array in (*program.inputs, program.output)]
+    arguments = [array.name for array in program.inputs]
+    given = ", ".join(f"{name} {shape}" for name, shape in zip(arguments, shapes, strict=False))
+    return [
+        f"{program.name}({', '.join(arguments)})",
+        f"{program.doc[0].upper()}{program.doc[1:]}.",
+        f"{given} -> {shapes[-1]}; SI units and rad.",
+        "The elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
+    ]
+
+
 def legend(model: Model, prefix: str) -> str:
     """What each element of each argument is, a line each."""
     seen: dict[str, list[str]] = {}

@@ -10,7 +10,7 @@ from fractions import Fraction
 from eomgen.backends.c import template
 from eomgen.backends.c.arithmetic import ARITHMETIC, STREAMS, Arithmetic
 from eomgen.backends.c.printer import CPrinter, HighPrinter, Kind
-from eomgen.backends.package import init_source, legend, package_files, rollout_signature
+from eomgen.backends.package import help_text, init_source, legend, package_files, rollout_signature
 from eomgen.ir.program import Array, Block, Program, Rounds, Step, Store, Turns, parts
 from eomgen.ir.statements import Indices, Text, decimal, statements
 from eomgen.model import Model
@@ -318,9 +318,7 @@ def _entry(program: Program, model: Model) -> str:
         rollout=rollout,
         name=program.name,
         signature=program.signature,
-        doc=template.DOC.format(
-            name=program.name, arguments=", ".join(array.name for array in program.inputs), doc=program.doc
-        ),
+        doc='\\n\\n"\n     "'.join(help_text(program)),
         inputs=sum(array.name != "p" for array in program.inputs),
         parameters=int(program.inputs[-1].name == "p"),
         constants=arithmetic.size * program.size("constants"),

@@ -194,8 +194,6 @@ ENTRY = """\
      {inputs}, {parameters}, {name}_rows, {name}_columns, {constants}, {work}, {streams},
      {kernels}}},"""
 
-DOC = "{name}({arguments})\\n\\n{doc}."
-
 INTERFACE = """\
 {prototype}
 {{
@@ -216,9 +214,9 @@ INTERFACE = """\
 HEADER = """\
 /* {title}
  *
- * Plain C interface; link {name}.c and eomgen_batch.c (C11 or later; compile with -O2 -ffp-contract=off, no -ffast-math).
- * Arrays are row-major and must not overlap the result. The _batch functions run over `states` rows of every
- * argument but p, in vector lanes.
+ * Plain C interface, for C11 or later; link {name}.c and eomgen_batch.c (compile with -O2 -ffp-contract=off, no
+ * -ffast-math). Arrays are row-major and must not overlap the result. The _batch functions run over `states` rows of
+ * every argument but p, in vector lanes.
  *
 {legend}
  */

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from eomgen.backends.numpy import template
 from eomgen.backends.numpy.printer import NumPyPrinter
-from eomgen.backends.package import init_source, package_files
+from eomgen.backends.package import help_text, init_source, package_files
 from eomgen.ir.expr import LEAVES, Node
 from eomgen.ir.program import Block, Program, Rounds, Step, Turns, parts
 from eomgen.ir.schedule import order
@@ -46,7 +46,7 @@ def kernel(model: Model) -> str:
         texts.append(
             template.FUNCTION.format(
                 name=program.name,
-                doc=f"{program.name}({arguments})\\n\\n{program.doc}.",
+                doc="\\n\\n".join(help_text(program)),
                 shapes=repr(shapes),
                 result=repr(program.output.shape),
                 signature=program.signature,

@@ -153,7 +153,7 @@ def _forward_dynamics(xp, number, q, v, u, w, p, c):
 
 forward_dynamics = Function(
     "forward_dynamics",
-    "forward_dynamics(q, v, u, w, p)\n\naccelerations a of M a + h = Q(u).",
+    "forward_dynamics(q, v, u, w, p)\n\nAccelerations a of M a + h = Q(u).\n\nq (..., 3), v (..., 3), u (..., 3), w (..., 1, 3), p (..., 12) -> (..., 3); SI units and rad.\n\nThe elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
     ((3,), (3,), (3,), (1, 3), (12,)),
     (3,),
     "(3),(3),(3),(1,3),(12)->(3)",
@@ -293,7 +293,7 @@ def _inverse_dynamics(xp, number, q, v, a, w, p, c):
 
 inverse_dynamics = Function(
     "inverse_dynamics",
-    "inverse_dynamics(q, v, a, w, p)\n\ninputs u that give the accelerations a.",
+    "inverse_dynamics(q, v, a, w, p)\n\nInputs u that give the accelerations a.\n\nq (..., 3), v (..., 3), a (..., 3), w (..., 1, 3), p (..., 12) -> (..., 3); SI units and rad.\n\nThe elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
     ((3,), (3,), (3,), (1, 3), (12,)),
     (3,),
     "(3),(3),(3),(1,3),(12)->(3)",
@@ -308,7 +308,7 @@ inverse_dynamics.__module__ = __name__
 
 def _mass_matrix_constants(xp, number, p):
     c = [0.0] * 5
-    # constants of mass matrix M
+    # constants of mass matrix M of M a + h = Q(u)
     t0 = p[7] * p[9]
     t1 = p[8] * p[10]
     t2 = t0 + t1
@@ -336,7 +336,7 @@ def _mass_matrix_constants(xp, number, p):
 def _mass_matrix(xp, number, q, w, p, c):
     c, = c
     out = [0.0] * 9
-    # mass matrix M
+    # mass matrix M of M a + h = Q(u)
     t0 = q[2] * c[3]
     t0 *= q[2]
     t1 = q[2] * q[2]
@@ -372,7 +372,7 @@ def _mass_matrix(xp, number, q, w, p, c):
 
 mass_matrix = Function(
     "mass_matrix",
-    "mass_matrix(q, w, p)\n\nmass matrix M.",
+    "mass_matrix(q, w, p)\n\nMass matrix M of M a + h = Q(u).\n\nq (..., 3), w (..., 1, 3), p (..., 12) -> (..., 3, 3); SI units and rad.\n\nThe elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
     ((3,), (1, 3), (12,)),
     (3, 3),
     "(3),(1,3),(12)->(3,3)",
@@ -488,7 +488,7 @@ def _bias(xp, number, q, v, w, p, c):
 
 bias = Function(
     "bias",
-    "bias(q, v, w, p)\n\nbias h: M a + h = Q(u).",
+    "bias(q, v, w, p)\n\nBias h: M a + h = Q(u).\n\nq (..., 3), v (..., 3), w (..., 1, 3), p (..., 12) -> (..., 3); SI units and rad.\n\nThe elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
     ((3,), (3,), (1, 3), (12,)),
     (3,),
     "(3),(3),(1,3),(12)->(3)",
@@ -599,7 +599,7 @@ def _energy(xp, number, q, v, w, p, c):
 
 energy = Function(
     "energy",
-    "energy(q, v, w, p)\n\nkinetic and potential energy, J.",
+    "energy(q, v, w, p)\n\nKinetic and potential energy, J.\n\nq (..., 3), v (..., 3), w (..., 1, 3), p (..., 12) -> (..., 2); SI units and rad.\n\nThe elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
     ((3,), (3,), (1, 3), (12,)),
     (2,),
     "(3),(3),(1,3),(12)->(2)",
@@ -670,7 +670,7 @@ def _prescribed_forces(xp, number, q, v, a, w, p, c):
 
 prescribed_forces = Function(
     "prescribed_forces",
-    "prescribed_forces(q, v, a, w, p)\n\nforces along the prescribed lengths, N.",
+    "prescribed_forces(q, v, a, w, p)\n\nForces along the prescribed lengths, N.\n\nq (..., 3), v (..., 3), a (..., 3), w (..., 1, 3), p (..., 12) -> (..., 1); SI units and rad.\n\nThe elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
     ((3,), (3,), (3,), (1, 3), (12,)),
     (1,),
     "(3),(3),(3),(1,3),(12)->(1)",
@@ -705,7 +705,7 @@ def _joints(xp, number, q, w, p, c):
 
 joints = Function(
     "joints",
-    "joints(q, w, p)\n\nfar-end position of every link, m.",
+    "joints(q, w, p)\n\nFar-end position of every link, m.\n\nq (..., 3), w (..., 1, 3), p (..., 12) -> (..., 2, 2); SI units and rad.\n\nThe elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
     ((3,), (1, 3), (12,)),
     (2, 2),
     "(3),(1,3),(12)->(2,2)",

@@ -307,7 +307,7 @@ def _forward_dynamics(xp, number, q, v, u, p, c):
 
 forward_dynamics = Function(
     "forward_dynamics",
-    "forward_dynamics(q, v, u, p)\n\naccelerations a of M a + h = Q(u).",
+    "forward_dynamics(q, v, u, p)\n\nAccelerations a of M a + h = Q(u).\n\nq (..., 8), v (..., 8), u (..., 8), p (..., 25) -> (..., 8); SI units and rad.\n\nThe elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
     ((8,), (8,), (8,), (25,)),
     (8,),
     "(8),(8),(8),(25)->(8)",
@@ -489,7 +489,7 @@ def _mass_matrix(xp, number, q, p, c):
 
 mass_matrix = Function(
     "mass_matrix",
-    "mass_matrix(q, p)\n\nmass matrix M.",
+    "mass_matrix(q, p)\n\nMass matrix M of M a + h = Q(u).\n\nq (..., 8), p (..., 25) -> (..., 8, 8); SI units and rad.\n\nThe elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
     ((8,), (25,)),
     (8, 8),
     "(8),(25)->(8,8)",
@@ -689,7 +689,7 @@ def _energy(xp, number, q, v, p, c):
 
 energy = Function(
     "energy",
-    "energy(q, v, p)\n\nkinetic and potential energy, J.",
+    "energy(q, v, p)\n\nKinetic and potential energy, J.\n\nq (..., 8), v (..., 8), p (..., 25) -> (..., 2); SI units and rad.\n\nThe elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
     ((8,), (8,), (25,)),
     (2,),
     "(8),(8),(25)->(2)",

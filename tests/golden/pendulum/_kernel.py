@@ -43,7 +43,7 @@ def _forward_dynamics(xp, number, q, v, u, p, c):
 
 forward_dynamics = Function(
     "forward_dynamics",
-    "forward_dynamics(q, v, u, p)\n\naccelerations a of M a + h = Q(u).",
+    "forward_dynamics(q, v, u, p)\n\nAccelerations a of M a + h = Q(u).\n\nq (..., 1), v (..., 1), u (..., 1), p (..., 5) -> (..., 1); SI units and rad.\n\nThe elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
     ((1,), (1,), (1,), (5,)),
     (1,),
     "(1),(1),(1),(5)->(1)",
@@ -89,7 +89,7 @@ def _inverse_dynamics(xp, number, q, v, a, p, c):
 
 inverse_dynamics = Function(
     "inverse_dynamics",
-    "inverse_dynamics(q, v, a, p)\n\ninputs u that give the accelerations a.",
+    "inverse_dynamics(q, v, a, p)\n\nInputs u that give the accelerations a.\n\nq (..., 1), v (..., 1), a (..., 1), p (..., 5) -> (..., 1); SI units and rad.\n\nThe elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
     ((1,), (1,), (1,), (5,)),
     (1,),
     "(1),(1),(1),(5)->(1)",
@@ -104,7 +104,7 @@ inverse_dynamics.__module__ = __name__
 
 def _mass_matrix_constants(xp, number, p):
     c = [0.0] * 1
-    # constants of mass matrix M
+    # constants of mass matrix M of M a + h = Q(u)
     t0 = p[0] * p[1]
     t0 *= p[1]
     t0 = t0 / 12.0
@@ -119,14 +119,14 @@ def _mass_matrix_constants(xp, number, p):
 def _mass_matrix(xp, number, q, p, c):
     c, = c
     out = [0.0] * 1
-    # mass matrix M
+    # mass matrix M of M a + h = Q(u)
     out[0] = c[0]
     return out
 
 
 mass_matrix = Function(
     "mass_matrix",
-    "mass_matrix(q, p)\n\nmass matrix M.",
+    "mass_matrix(q, p)\n\nMass matrix M of M a + h = Q(u).\n\nq (..., 1), p (..., 5) -> (..., 1, 1); SI units and rad.\n\nThe elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
     ((1,), (5,)),
     (1, 1),
     "(1),(5)->(1,1)",
@@ -164,7 +164,7 @@ def _bias(xp, number, q, v, p, c):
 
 bias = Function(
     "bias",
-    "bias(q, v, p)\n\nbias h: M a + h = Q(u).",
+    "bias(q, v, p)\n\nBias h: M a + h = Q(u).\n\nq (..., 1), v (..., 1), p (..., 5) -> (..., 1); SI units and rad.\n\nThe elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
     ((1,), (1,), (5,)),
     (1,),
     "(1),(1),(5)->(1)",
@@ -215,7 +215,7 @@ def _energy(xp, number, q, v, p, c):
 
 energy = Function(
     "energy",
-    "energy(q, v, p)\n\nkinetic and potential energy, J.",
+    "energy(q, v, p)\n\nKinetic and potential energy, J.\n\nq (..., 1), v (..., 1), p (..., 5) -> (..., 2); SI units and rad.\n\nThe elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
     ((1,), (1,), (5,)),
     (2,),
     "(1),(1),(5)->(2)",
@@ -242,7 +242,7 @@ def _joints(xp, number, q, p, c):
 
 joints = Function(
     "joints",
-    "joints(q, p)\n\nfar-end position of every link, m.",
+    "joints(q, p)\n\nFar-end position of every link, m.\n\nq (..., 1), p (..., 5) -> (..., 1, 2); SI units and rad.\n\nThe elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
     ((1,), (5,)),
     (1, 2),
     "(1),(5)->(1,2)",

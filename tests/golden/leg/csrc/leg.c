@@ -104,37 +104,58 @@ static const int joints_columns[] = {0, 3, 0, 2};
 
 const eom_function eom_functions[] = {
     {"forward_dynamics", "(3),(3),(3),(1,3),(12)->(3)",
-     "forward_dynamics(q, v, u, w, p)\n\naccelerations a of M a + h = Q(u).",
+     "forward_dynamics(q, v, u, w, p)\n\n"
+     "Accelerations a of M a + h = Q(u).\n\n"
+     "q (..., 3), v (..., 3), u (..., 3), w (..., 1, 3), p (..., 12) -> (..., 3); SI units and rad.\n\n"
+     "The elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
      "(3),(3),(t,3),(t,1,3),(12),(),(o)->(t,3),(t,3)",
      4, 1, forward_dynamics_rows, forward_dynamics_columns, 7, 0, 2,
      {EOM_CAST(forward_dynamics_constants_f64), EOM_CAST(forward_dynamics_f64), EOM_CAST(forward_dynamics_f64v)}, {0, 0, 0}, {0, 0, 0}},
     {"inverse_dynamics", "(3),(3),(3),(1,3),(12)->(3)",
-     "inverse_dynamics(q, v, a, w, p)\n\ninputs u that give the accelerations a.",
+     "inverse_dynamics(q, v, a, w, p)\n\n"
+     "Inputs u that give the accelerations a.\n\n"
+     "q (..., 3), v (..., 3), a (..., 3), w (..., 1, 3), p (..., 12) -> (..., 3); SI units and rad.\n\n"
+     "The elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
      0,
      4, 1, inverse_dynamics_rows, inverse_dynamics_columns, 7, 0, 1,
      {EOM_CAST(inverse_dynamics_constants_f64), EOM_CAST(inverse_dynamics_f64), EOM_CAST(inverse_dynamics_f64v)}, {0, 0, 0}, {0, 0, 0}},
     {"mass_matrix", "(3),(1,3),(12)->(3,3)",
-     "mass_matrix(q, w, p)\n\nmass matrix M.",
+     "mass_matrix(q, w, p)\n\n"
+     "Mass matrix M of M a + h = Q(u).\n\n"
+     "q (..., 3), w (..., 1, 3), p (..., 12) -> (..., 3, 3); SI units and rad.\n\n"
+     "The elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
      0,
      2, 1, mass_matrix_rows, mass_matrix_columns, 5, 0, 1,
      {EOM_CAST(mass_matrix_constants_f64), EOM_CAST(mass_matrix_f64), EOM_CAST(mass_matrix_f64v)}, {0, 0, 0}, {0, 0, 0}},
     {"bias", "(3),(3),(1,3),(12)->(3)",
-     "bias(q, v, w, p)\n\nbias h: M a + h = Q(u).",
+     "bias(q, v, w, p)\n\n"
+     "Bias h: M a + h = Q(u).\n\n"
+     "q (..., 3), v (..., 3), w (..., 1, 3), p (..., 12) -> (..., 3); SI units and rad.\n\n"
+     "The elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
      0,
      3, 1, bias_rows, bias_columns, 6, 0, 1,
      {EOM_CAST(bias_constants_f64), EOM_CAST(bias_f64), EOM_CAST(bias_f64v)}, {0, 0, 0}, {0, 0, 0}},
     {"energy", "(3),(3),(1,3),(12)->(2)",
-     "energy(q, v, w, p)\n\nkinetic and potential energy, J.",
+     "energy(q, v, w, p)\n\n"
+     "Kinetic and potential energy, J.\n\n"
+     "q (..., 3), v (..., 3), w (..., 1, 3), p (..., 12) -> (..., 2); SI units and rad.\n\n"
+     "The elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
      0,
      3, 1, energy_rows, energy_columns, 6, 0, 1,
      {EOM_CAST(energy_constants_f64), EOM_CAST(energy_f64), EOM_CAST(energy_f64v)}, {0, 0, 0}, {0, 0, 0}},
     {"prescribed_forces", "(3),(3),(3),(1,3),(12)->(1)",
-     "prescribed_forces(q, v, a, w, p)\n\nforces along the prescribed lengths, N.",
+     "prescribed_forces(q, v, a, w, p)\n\n"
+     "Forces along the prescribed lengths, N.\n\n"
+     "q (..., 3), v (..., 3), a (..., 3), w (..., 1, 3), p (..., 12) -> (..., 1); SI units and rad.\n\n"
+     "The elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
      0,
      4, 1, prescribed_forces_rows, prescribed_forces_columns, 2, 0, 1,
      {EOM_CAST(prescribed_forces_constants_f64), EOM_CAST(prescribed_forces_f64), EOM_CAST(prescribed_forces_f64v)}, {0, 0, 0}, {0, 0, 0}},
     {"joints", "(3),(1,3),(12)->(2,2)",
-     "joints(q, w, p)\n\nfar-end position of every link, m.",
+     "joints(q, w, p)\n\n"
+     "Far-end position of every link, m.\n\n"
+     "q (..., 3), w (..., 1, 3), p (..., 12) -> (..., 2, 2); SI units and rad.\n\n"
+     "The elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
      0,
      2, 1, joints_rows, joints_columns, 0, 0, 1,
      {0, EOM_CAST(joints_f64), EOM_CAST(joints_f64v)}, {0, 0, 0}, {0, 0, 0}},

@@ -1,8 +1,8 @@
 /* leg: equations of motion by the matrix method (eomgen VERSION)
  *
- * Plain C interface; link leg.c and eomgen_batch.c (C11 or later; compile with -O2 -ffp-contract=off, no -ffast-math).
- * Arrays are row-major and must not overlap the result. The _batch functions run over `states` rows of every
- * argument but p, in vector lanes.
+ * Plain C interface, for C11 or later; link leg.c and eomgen_batch.c (compile with -O2 -ffp-contract=off, no
+ * -ffast-math). Arrays are row-major and must not overlap the result. The _batch functions run over `states` rows of
+ * every argument but p, in vector lanes.
  *
  * q[0]  shank.angle (rad)
  * q[1]  thigh.angle (rad)
@@ -50,7 +50,7 @@ void leg_forward_dynamics_batch(size_t states, const double *q, const double *v,
 /* inputs u that give the accelerations a; q 3, v 3, a 3, w 1x3, p 12, out 3 */
 void leg_inverse_dynamics(const double *q, const double *v, const double *a, const double *w, const double *p, double *out);
 void leg_inverse_dynamics_batch(size_t states, const double *q, const double *v, const double *a, const double *w, const double *p, double *out);
-/* mass matrix M; q 3, w 1x3, p 12, out 3x3 */
+/* mass matrix M of M a + h = Q(u); q 3, w 1x3, p 12, out 3x3 */
 void leg_mass_matrix(const double *q, const double *w, const double *p, double *out);
 void leg_mass_matrix_batch(size_t states, const double *q, const double *w, const double *p, double *out);
 /* bias h: M a + h = Q(u); q 3, v 3, w 1x3, p 12, out 3 */

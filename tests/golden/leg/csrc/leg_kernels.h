@@ -233,7 +233,7 @@ EOM_LINKAGE void EOM_NAME(inverse_dynamics)(const scalar *const *in, const eom_p
 }
 
 /* ---- mass_matrix ----
- * mass matrix M
+ * mass matrix M of M a + h = Q(u)
  * (3),(1,3),(12)->(3,3)
  */
 #undef STREAMS

@@ -92,17 +92,26 @@ static const int energy_columns[] = {0, 0, 0, 0};
 
 const eom_function eom_functions[] = {
     {"forward_dynamics", "(8),(8),(8),(25)->(8)",
-     "forward_dynamics(q, v, u, p)\n\naccelerations a of M a + h = Q(u).",
+     "forward_dynamics(q, v, u, p)\n\n"
+     "Accelerations a of M a + h = Q(u).\n\n"
+     "q (..., 8), v (..., 8), u (..., 8), p (..., 25) -> (..., 8); SI units and rad.\n\n"
+     "The elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
      "(8),(8),(t,8),(25),(),(o)->(t,8),(t,8)",
      3, 1, forward_dynamics_rows, forward_dynamics_columns, 15, 19, 2,
      {EOM_CAST(forward_dynamics_constants_f64), EOM_CAST(forward_dynamics_f64), EOM_CAST(forward_dynamics_f64v)}, {0, 0, 0}, {0, 0, 0}},
     {"mass_matrix", "(8),(25)->(8,8)",
-     "mass_matrix(q, p)\n\nmass matrix M.",
+     "mass_matrix(q, p)\n\n"
+     "Mass matrix M of M a + h = Q(u).\n\n"
+     "q (..., 8), p (..., 25) -> (..., 8, 8); SI units and rad.\n\n"
+     "The elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
      0,
      1, 1, mass_matrix_rows, mass_matrix_columns, 18, 32, 1,
      {EOM_CAST(mass_matrix_constants_f64), EOM_CAST(mass_matrix_f64), EOM_CAST(mass_matrix_f64v)}, {0, 0, 0}, {0, 0, 0}},
     {"energy", "(8),(8),(25)->(2)",
-     "energy(q, v, p)\n\nkinetic and potential energy, J.",
+     "energy(q, v, p)\n\n"
+     "Kinetic and potential energy, J.\n\n"
+     "q (..., 8), v (..., 8), p (..., 25) -> (..., 2); SI units and rad.\n\n"
+     "The elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
      0,
      2, 1, energy_rows, energy_columns, 11, 5, 1,
      {EOM_CAST(energy_constants_f64), EOM_CAST(energy_f64), EOM_CAST(energy_f64v)}, {0, 0, 0}, {0, 0, 0}},

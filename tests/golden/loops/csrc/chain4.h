@@ -1,8 +1,8 @@
 /* chain4: equations of motion by the articulated method (eomgen VERSION)
  *
- * Plain C interface; link chain4.c and eomgen_batch.c (C11 or later; compile with -O2 -ffp-contract=off, no -ffast-math).
- * Arrays are row-major and must not overlap the result. The _batch functions run over `states` rows of every
- * argument but p, in vector lanes.
+ * Plain C interface, for C11 or later; link chain4.c and eomgen_batch.c (compile with -O2 -ffp-contract=off, no
+ * -ffast-math). Arrays are row-major and must not overlap the result. The _batch functions run over `states` rows of
+ * every argument but p, in vector lanes.
  *
  * q[0]  link1.angle (rad)
  * q[1]  link2.angle (rad)
@@ -69,7 +69,7 @@ extern const double chain4_p[25];
 /* accelerations a of M a + h = Q(u); q 8, v 8, u 8, p 25, out 8 */
 void chain4_forward_dynamics(const double *q, const double *v, const double *u, const double *p, double *out);
 void chain4_forward_dynamics_batch(size_t states, const double *q, const double *v, const double *u, const double *p, double *out);
-/* mass matrix M; q 8, p 25, out 8x8 */
+/* mass matrix M of M a + h = Q(u); q 8, p 25, out 8x8 */
 void chain4_mass_matrix(const double *q, const double *p, double *out);
 void chain4_mass_matrix_batch(size_t states, const double *q, const double *p, double *out);
 /* kinetic and potential energy, J; q 8, v 8, p 25, out 2 */

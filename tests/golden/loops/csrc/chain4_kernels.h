@@ -374,7 +374,7 @@ EOM_LINKAGE void EOM_NAME(forward_dynamics)(const scalar *const *in, const eom_p
 }
 
 /* ---- mass_matrix ----
- * mass matrix M
+ * mass matrix M of M a + h = Q(u)
  * (8),(25)->(8,8)
  */
 #undef STREAMS

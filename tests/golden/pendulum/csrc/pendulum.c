@@ -101,32 +101,50 @@ static const int joints_columns[] = {0, 0, 2};
 
 const eom_function eom_functions[] = {
     {"forward_dynamics", "(1),(1),(1),(5)->(1)",
-     "forward_dynamics(q, v, u, p)\n\naccelerations a of M a + h = Q(u).",
+     "forward_dynamics(q, v, u, p)\n\n"
+     "Accelerations a of M a + h = Q(u).\n\n"
+     "q (..., 1), v (..., 1), u (..., 1), p (..., 5) -> (..., 1); SI units and rad.\n\n"
+     "The elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
      "(1),(1),(t,1),(5),(),(o)->(t,1),(t,1)",
      3, 1, forward_dynamics_rows, forward_dynamics_columns, 2, 0, 2,
      {EOM_CAST(forward_dynamics_constants_f64), EOM_CAST(forward_dynamics_f64), EOM_CAST(forward_dynamics_f64v)}, {0, 0, 0}, {0, 0, 0}},
     {"inverse_dynamics", "(1),(1),(1),(5)->(1)",
-     "inverse_dynamics(q, v, a, p)\n\ninputs u that give the accelerations a.",
+     "inverse_dynamics(q, v, a, p)\n\n"
+     "Inputs u that give the accelerations a.\n\n"
+     "q (..., 1), v (..., 1), a (..., 1), p (..., 5) -> (..., 1); SI units and rad.\n\n"
+     "The elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
      0,
      3, 1, inverse_dynamics_rows, inverse_dynamics_columns, 2, 0, 1,
      {EOM_CAST(inverse_dynamics_constants_f64), EOM_CAST(inverse_dynamics_f64), EOM_CAST(inverse_dynamics_f64v)}, {0, 0, 0}, {0, 0, 0}},
     {"mass_matrix", "(1),(5)->(1,1)",
-     "mass_matrix(q, p)\n\nmass matrix M.",
+     "mass_matrix(q, p)\n\n"
+     "Mass matrix M of M a + h = Q(u).\n\n"
+     "q (..., 1), p (..., 5) -> (..., 1, 1); SI units and rad.\n\n"
+     "The elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
      0,
      1, 1, mass_matrix_rows, mass_matrix_columns, 1, 0, 1,
      {EOM_CAST(mass_matrix_constants_f64), EOM_CAST(mass_matrix_f64), EOM_CAST(mass_matrix_f64v)}, {0, 0, 0}, {0, 0, 0}},
     {"bias", "(1),(1),(5)->(1)",
-     "bias(q, v, p)\n\nbias h: M a + h = Q(u).",
+     "bias(q, v, p)\n\n"
+     "Bias h: M a + h = Q(u).\n\n"
+     "q (..., 1), v (..., 1), p (..., 5) -> (..., 1); SI units and rad.\n\n"
+     "The elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
      0,
      2, 1, bias_rows, bias_columns, 1, 0, 1,
      {EOM_CAST(bias_constants_f64), EOM_CAST(bias_f64), EOM_CAST(bias_f64v)}, {0, 0, 0}, {0, 0, 0}},
     {"energy", "(1),(1),(5)->(2)",
-     "energy(q, v, p)\n\nkinetic and potential energy, J.",
+     "energy(q, v, p)\n\n"
+     "Kinetic and potential energy, J.\n\n"
+     "q (..., 1), v (..., 1), p (..., 5) -> (..., 2); SI units and rad.\n\n"
+     "The elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
      0,
      2, 1, energy_rows, energy_columns, 3, 0, 1,
      {EOM_CAST(energy_constants_f64), EOM_CAST(energy_f64), EOM_CAST(energy_f64v)}, {0, 0, 0}, {0, 0, 0}},
     {"joints", "(1),(5)->(1,2)",
-     "joints(q, p)\n\nfar-end position of every link, m.",
+     "joints(q, p)\n\n"
+     "Far-end position of every link, m.\n\n"
+     "q (..., 1), p (..., 5) -> (..., 1, 2); SI units and rad.\n\n"
+     "The elements are named in q_names, v_names, u_names, w_names and p_names of the module.",
      0,
      1, 1, joints_rows, joints_columns, 0, 0, 1,
      {0, EOM_CAST(joints_f64), EOM_CAST(joints_f64v)}, {0, 0, 0}, {0, 0, 0}},

@@ -1,8 +1,8 @@
 /* pendulum: equations of motion by the matrix method (eomgen VERSION)
  *
- * Plain C interface; link pendulum.c and eomgen_batch.c (C11 or later; compile with -O2 -ffp-contract=off, no -ffast-math).
- * Arrays are row-major and must not overlap the result. The _batch functions run over `states` rows of every
- * argument but p, in vector lanes.
+ * Plain C interface, for C11 or later; link pendulum.c and eomgen_batch.c (compile with -O2 -ffp-contract=off, no
+ * -ffast-math). Arrays are row-major and must not overlap the result. The _batch functions run over `states` rows of
+ * every argument but p, in vector lanes.
  *
  * q[0]  rod.angle (rad)
  * v[0]  rod.angle_rate (rad/s)
@@ -32,7 +32,7 @@ void pendulum_forward_dynamics_batch(size_t states, const double *q, const doubl
 /* inputs u that give the accelerations a; q 1, v 1, a 1, p 5, out 1 */
 void pendulum_inverse_dynamics(const double *q, const double *v, const double *a, const double *p, double *out);
 void pendulum_inverse_dynamics_batch(size_t states, const double *q, const double *v, const double *a, const double *p, double *out);
-/* mass matrix M; q 1, p 5, out 1x1 */
+/* mass matrix M of M a + h = Q(u); q 1, p 5, out 1x1 */
 void pendulum_mass_matrix(const double *q, const double *p, double *out);
 void pendulum_mass_matrix_batch(size_t states, const double *q, const double *p, double *out);
 /* bias h: M a + h = Q(u); q 1, v 1, p 5, out 1 */

@@ -109,7 +109,7 @@ EOM_LINKAGE void EOM_NAME(inverse_dynamics)(const scalar *const *in, const eom_p
 }
 
 /* ---- mass_matrix ----
- * mass matrix M
+ * mass matrix M of M a + h = Q(u)
  * (1),(5)->(1,1)
  */
 #undef STREAMS
