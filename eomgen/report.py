@@ -130,7 +130,7 @@ def _counts(built: Sequence[Program]) -> str:
 
 
 def latex(equations: Equations) -> str:
-    """M and h in LaTeX, written out without shared subexpressions.
+    """M and h in LaTeX, written out without shared subexpressions, with sines and cosines of differences of angles.
 
     Raises:
         UnsupportedError: SymPy is missing, or there are more than 8 coordinates.
@@ -141,6 +141,8 @@ def latex(equations: Equations) -> str:
     if n > 8:
         raise UnsupportedError(f"LaTeX of {n} coordinates would fill pages; allowed: up to 8; use plain show instead")
     sympy = import_sympy()
+    from sympy.simplify.fu import TR10i
+
     names = {}
     for link in getattr(getattr(equations, "mechanism", None), "links", []):
         tag = link.name.replace("_", r"\_")
@@ -159,8 +161,9 @@ def latex(equations: Equations) -> str:
         if node.name not in names:
             text = node.name.replace("_", r"\_")
             names[node.name] = sympy.Symbol(rf"\mathrm{{{text}}}", real=True)
-    mass = sympy.Matrix(n, n, to_sympy([node for row in equations.mass_matrix for node in row], names))
-    bias = sympy.Matrix(n, 1, to_sympy(list(equations.bias), names))
+    nodes = [*(node for row in equations.mass_matrix for node in row), *equations.bias]
+    written = list(map(TR10i, to_sympy(nodes, names)))
+    mass, bias = sympy.Matrix(n, n, written[: n * n]), sympy.Matrix(n, 1, written[n * n :])
     return f"M = {sympy.latex(mass)}\n\nh = {sympy.latex(bias)}"
 
 

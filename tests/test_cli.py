@@ -271,7 +271,9 @@ def test_show_as_latex(run: Command) -> None:
     out = run("show", "--links", "2", "--model", "rigid", "--latex").out
     assert out.startswith("M = \\left[")
     assert "\nh = \\left[" in out
-    assert r"\varphi_{\mathrm{link1}}" in out
+    coupling = r"\cos{\left(\varphi_{\mathrm{link1}} - \varphi_{\mathrm{link2}} \right)}"
+    assert rf"\frac{{\mathrm{{link1.length}} \mathrm{{link2.length}} \mathrm{{link2.mass}} {coupling}}}{{2}}" in out
+    assert r"\sin{\left(\varphi_{\mathrm{link1}} \right)}" not in out
 
 
 def test_debug_shows_the_traceback(tmp_path: Path) -> None:

@@ -332,7 +332,7 @@ def test_without_sympy(monkeypatch: pytest.MonkeyPatch) -> None:
     import sys
 
     monkeypatch.setitem(sys.modules, "sympy", None)
-    with pytest.raises(UnsupportedError, match=r"needs SymPy, which is not installed; pip install 'eomgen\[sympy\]'"):
+    with pytest.raises(UnsupportedError, match=r"needs SymPy, which is not installed; pip install sympy"):
         lagrangian(V**2 / 2, 0, [Q], v=[V])
 
 
