@@ -40,8 +40,15 @@ from eomgen.looped import AXES, COLUMNS, LOOPED, Product, axis_of, coordinates
 from eomgen.scene import ALONG, IN_JOINT, SPRINGS
 
 SYMBOLS = ("angle", "rate", "acceleration", "torque", "length", "length_rate", "length_acceleration", "force")
-FORCES = ("spring", "joint_spring", "spring_energy")  # of a link; also arrays, for links that differ in springs
-STIFF = (("stiffness", "damping"), ("joint_stiffness", "joint_damping"))  # parameters along and in the joint; the same
+SPRUNG = {  # what a step takes of a link's springs -> the keys it depends on: an array, where links differ in these
+    "spring": ALONG,
+    "joint_spring": IN_JOINT,
+    "spring_energy": SPRINGS,
+    "stiffness": ALONG,
+    "damping": ALONG,
+    "joint_stiffness": IN_JOINT,
+    "joint_damping": IN_JOINT,
+}
 NUMBERS = "numbers"  # the array of folded numbers that differ between links of a kind
 MANY_GROUPS = 24  # with more, tips are no kind of their own: that is faster, but takes time to compile
 RUNS_PER_KIND = 2  # with more, on average, a loop per kind whose iterations take turns is shorter than one per run
@@ -121,27 +128,24 @@ class _Run:
         tables: for every stand-in symbol its array and, by link, its index.
         numbers: folded numbers that differ between the links.
         root: whether the links have no parent.
-        computed: nodes that blocks so far have computed -> position of the block.
+        computed: nodes that blocks so far have computed -> position of the block, and the order in which it visits the links.
     """
 
     def __init__(self, mechanism: Mechanism, members: list[int], graph: Graph, first_number: int) -> None:
         scene = mechanism.scene
         link = scene.links[members[0]]
         numbers = {i: {short: value for short, _, value in scene.links[i].parameters} for i in members}
-        along, joint = (len(set(sets)) > 1 for sets in zip(*map(_springs, numbers.values()), strict=True))
-        own = _springs(numbers[members[0]])
-        elsewhere = (own[0] if along else frozenset()) | (own[1] if joint else frozenset())
+        differ = {keys: len({frozenset(given).intersection(keys) for given in numbers.values()}) > 1 for keys in SPRUNG.values()}
         common = set.intersection(*map(set, numbers.values()))
         self.members = members
-        self.forces = [name for name, given in zip(FORCES, (along, joint, along or joint), strict=True) if given]
-        self.forces += [name for names, given in zip(STIFF, (along, joint), strict=True) for name in names if given]
+        self.forces = [name for name, keys in SPRUNG.items() if differ[keys]]
         self.root = scene.parents[members[0]] < 0
-        self.computed: dict[Node, int] = {}
+        self.computed: dict[Node, tuple[int, list[int]]] = {}
         self.numbers: list[float] = []
         values: dict[str, Node] = {}
         folded: dict[Node, dict[int, int]] = {}
         for short, value in numbers[members[0]].items():
-            if short in elsewhere:
+            if any(differ[keys] for keys in (ALONG, IN_JOINT) if short in keys):
                 continue
             values[short] = graph.symbol(f"{link.name}.{short}")
             if short not in common:
@@ -160,10 +164,10 @@ class _Run:
         self._tabulate(mechanism, [(node, _Value(short)) for short, node in values.items() if short in common])
         for name in self.forces:
             node = graph.symbol(f"{link.name}.{name}")
-            if name in FORCES:
-                setattr(self.symbols, name, node)
-            else:
+            if name in SPRINGS:
                 values[name] = node
+            else:
+                setattr(self.symbols, name, node)
             self.tables[node] = (name, {i: i for i in members})
         if parent is not None:
             above = [(parent.angle, attrgetter("parent.angle")), (parent.rate, attrgetter("parent.rate"))]
@@ -196,8 +200,8 @@ class _Builder:
         self.mechanism, self.name, self.scene = mechanism, name, mechanism.scene
         self.looped, self.function, self.outputs = LOOPED[name], FUNCTIONS[name], LOOPED[name].outputs(mechanism)
         symbols = mechanism.symbols
-        shape = self.function.shape(len(symbols.q), len(symbols.w), len(mechanism.links))
-        self.output = Array("out", tuple(len(symbols.p) if size < 0 else size for size in shape), "output")
+        shape = self.function.shape(len(symbols.q), len(symbols.w), len(mechanism.links), len(symbols.p))
+        self.output = Array("out", shape, "output")
         self.rounds = self.output.shape[-1] // max(1, len(self.looped.sides))
         self.graph = Graph()
         self.shared: dict[Node, tuple[str, int]] = {}
@@ -312,10 +316,10 @@ class _Builder:
         wanted = {place.array for block in parts(steps) for place in block.loads.values()}
         blocks: list[Block] = []
         for names, run in self._alike(lambda i: tuple(name for name in self.run_of[i].forces if name in wanted)):
-            nodes = [getattr(run.symbols, name) if name in FORCES else run.symbols.value(name) for name in names]
+            nodes = [run.symbols.value(name) if name in SPRINGS else getattr(run.symbols, name) for name in names]
             stores = [Store(Place(name, run.members), node) for name, node in zip(names, nodes, strict=True)]
             blocks.append(self._of_springs(run, stores))
-        for name in (*FORCES, *STIFF[0], *STIFF[1]):
+        for name in SPRUNG:
             if name in wanted:
                 self.scratch[name] = Array(name, (len(self.scene.links),), "work")
         if self.numbers:
@@ -471,7 +475,7 @@ class _Builder:
         loads |= self._kept(run, wanted if walk.columns else stored, loads, visit)
         for node in reachable(wanted, loads):
             if node.args and node not in loads:
-                run.computed.setdefault(node, len(self.blocks))
+                run.computed.setdefault(node, (len(self.blocks), visit))
         title = f"{self._title(run)}, {_direction(walk)}"
         self.blocks.append(Block(title, loads, tuple(stores), len(visit)))
 
@@ -499,15 +503,14 @@ class _Builder:
         for node in reachable(wanted, {**loads, **run.computed}):
             if node in loads or node not in run.computed or _is_still(node, loads):
                 continue
-            source = self.blocks[run.computed[node]]
+            position, order = run.computed[node]
+            source = self.blocks[position]
             name = f"kept{sum(array.startswith('kept') for array in self.scratch)}"
             self.scratch[name] = Array(name, (len(run.members),), "work")
-            table = {i: position for position, i in enumerate(run.members)}
+            table = {i: k for k, i in enumerate(run.members)}
             run.tables[node] = (name, table)
-            upward = source.title.endswith("tips to root")
-            order = run.members[::-1] if upward else run.members
             store = Store(Place(name, tuple(table[i] for i in order)), node)
-            self.blocks[run.computed[node]] = replace(source, stores=(*source.stores, store))
+            self.blocks[position] = replace(source, stores=(*source.stores, store))
             kept[node] = Place(name, tuple(table[i] for i in visit))
         return kept
 
@@ -522,7 +525,7 @@ def _in_rounds(steps: Iterable[Block | Turns]) -> Iterator[Step]:
     """The steps, those that belong to rounds together."""
     for count, group in itertools.groupby(steps, key=lambda step: step.parts[0].rounds):
         if count > 1:
-            yield Rounds("column by column", tuple(group), count)
+            yield Rounds("column by column", tuple(group))
         else:
             yield from group
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import weakref
 from collections.abc import Callable, Sequence
 
+from eomgen.errors import UnsupportedError
 from eomgen.frontends import articulated
 from eomgen.frontends.matrix import Elements, MatrixEquations, dot
 from eomgen.frontends.mechanism import Mechanism, MechanismEquations, Moments
@@ -12,6 +14,7 @@ from eomgen.ir.count import operations
 from eomgen.ir.derivative import Tape
 from eomgen.ir.equations import Equations, Vector
 from eomgen.ir.expr import Graph, Node
+from eomgen.ir.statements import finite
 
 Columns = Sequence[Vector]  # of a matrix
 Weighted = Sequence[tuple[Node, Vector]]  # a sum of columns times weights
@@ -28,7 +31,9 @@ def jacobian(equations: Equations) -> list[Node]:
     found = [_differentiated(e, [*e.q, *e.v], inputs=True) for e in forms]
     matrix = forms[-1]
     if isinstance(matrix, MatrixEquations):
-        found += [_closed(matrix, through) for through in (matrix.elimination.solve, matrix.elimination.product)]
+        found += [
+            _closed(matrix, through) for through in (matrix.elimination.solve, matrix.elimination.solve_by_inverse)
+        ]
     return _shortest(found)
 
 
@@ -175,6 +180,8 @@ class Regressor:
         def parameter(name: str, value: float) -> Node:
             if not value:
                 return graph.zero
+            if not math.isfinite(value):
+                raise UnsupportedError(f"{name} of the regressor's b is {value}; use smaller numbers, or other units")
             self.names.append(name)
             self.values.append(value)
             linear.append(graph.symbol(f"b.{name}"))
@@ -206,7 +213,7 @@ class Regressor:
 
 
 def _number(graph: Graph, value: object) -> float:
-    return float(graph.node(value).value)  # type: ignore[arg-type]
+    return finite(graph.node(value).value)  # type: ignore[arg-type]
 
 
 _REGRESSORS: weakref.WeakKeyDictionary[Equations, Regressor] = weakref.WeakKeyDictionary()

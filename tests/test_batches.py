@@ -361,6 +361,23 @@ def test_pitch(links: int, build: Callable[..., ModuleType]) -> None:
         assert same(call(module, "forward_dynamics", states._replace(**{letter: equal})), wanted)
 
 
+@pytest.mark.parametrize("accuracy", ["standard", "high"])
+@pytest.mark.parametrize("parents", [line(2), line(5), (-1, 0, 0, 0, 0), line(12)], ids=str)
+def test_out_that_is_an_argument(parents: tuple[int, ...], accuracy: str) -> None:
+    """The very array: all of a state is read before any of its result is written."""
+    functions = {"forward_dynamics": "qvu", "inverse_dynamics": "qva", "bias": "qv"}
+    scene = tree("in_place", parents, "rigid")
+    module = eomgen.compile(scene, functions=functions, accuracy=accuracy)
+    for shape, change in itertools.product([(), (3,), (64,)], (np.ascontiguousarray, np.asfortranarray)):
+        states = State(*map(change, random_state(module, 3, shape)))
+        for name, letters in functions.items():
+            expected = call(module, name, states)
+            for letter in letters:
+                memory = getattr(states, letter).copy(order="K")
+                call(module, name, states._replace(**{letter: memory}), out=memory)
+                assert same(np.ascontiguousarray(memory), expected), (name, letter, shape)
+
+
 def test_out_that_is_an_argument_backwards(build: Callable[..., ModuleType]) -> None:
     module = build(5)
     states = random_state(module, 3, (27,))

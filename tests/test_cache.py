@@ -1,5 +1,6 @@
 """The build cache: what a key covers, races, killed builds, and what a build leaves alone."""
 
+import errno
 import importlib
 import os
 import shutil
@@ -277,6 +278,26 @@ def test_the_loser_of_a_race_uses_the_winners_folder(tmp_path: Path) -> None:
 
 def test_what_is_there_is_not_built() -> None:
     assert cache.publish(ROOT, lambda folder: pytest.fail("built")) == ROOT
+
+
+def test_a_folder_that_cannot_be_renamed_is_an_error(tmp_path: Path) -> None:
+    """Only where another process was faster is there nothing to say."""
+    with pytest.raises(OSError, match="key"):
+        cache.publish(tmp_path / "key", lambda folder: folder.rmdir())
+
+
+def test_a_full_disk_is_one_line(tmp_path: Path) -> None:
+    def make(folder: Path) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with pytest.raises(BuildError, match=r"cannot write to the cache .*No space left on device.*set EOMGEN_CACHE"):
+        cache.publish(tmp_path / "key", make)
+
+
+def test_a_compiler_that_writes_nothing_is_one_line(fresh: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CC", "true")
+    with pytest.raises(BuildError, match=r"'true' ended well but wrote no \w+\.o; set CC to a C compiler"):
+        eomgen.compile(chain(1), functions=["energy"])
 
 
 def test_a_killed_build_does_no_harm(fresh: Path, tmp_path: Path) -> None:

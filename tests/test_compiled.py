@@ -524,6 +524,23 @@ sys.stdout.write(function(*arguments).tobytes().hex())
     assert printed == module.forward_dynamics(*arguments).tobytes().hex()
 
 
+@BOTH
+def test_a_function_pickles_alone(backend: str, tmp_path: Path) -> None:
+    """Not as that of another model, which the reading process has loaded before."""
+    scenes = [eomgen.chain(2, "rigid", hangs=hangs) for hangs in (False, True)]
+    model, other = (eomgen.compile(scene, backend=backend, functions=["forward_dynamics"]) for scene in scenes)
+    (tmp_path / "work").write_bytes(pickle.dumps(model.forward_dynamics))
+    code = f"""
+import importlib, pickle, sys
+other = importlib.import_module({other.__name__!r})
+function = pickle.load(open(sys.argv[1], "rb"))
+assert function is not other.forward_dynamics
+sys.stdout.write(function([1.0, 1.0], [0.0, 0.0], [0.0, 0.0], other.p).tobytes().hex())
+"""
+    printed = python("-c", code, str(tmp_path / "work"), env={**os.environ, "PYTHONPATH": str(ROOT)})
+    assert printed == model.forward_dynamics([1.0, 1.0], [0.0, 0.0], [0.0, 0.0], model.p).tobytes().hex()
+
+
 def test_threads(module: ModuleType) -> None:
     """Many calls at a time, of one state and of many, each right."""
     batches = [random_state(module, seed, (size,)) for seed, size in enumerate([1, 400, 3, 1000, 17, 64] * 4)]

@@ -492,11 +492,15 @@ def test_given_nodes_are_not_looked_behind(graph: Graph) -> None:
     assert evaluate([product + 1], {product: 4.0}, Floats()) == [5.0]
 
 
-@pytest.mark.parametrize(("pivot", "safe"), [(1.0, True), (17 * 2.0**-52, True), (15 * 2.0**-52, False), (-1.0, False)])
-def test_pivots_of_floats(graph: Graph, pivot: float, safe: bool) -> None:
-    """1/pivot above 16 eps of the reference, NaN and the flag elsewhere."""
+@pytest.mark.parametrize(
+    ("pivot", "reference", "safe"),
+    [(1.0, 1, True), (17 * 2.0**-52, 1, True), (15 * 2.0**-52, 1, False), (-1.0, 1, False),
+     (2.0**-1021, 0, True), (2.0**-1023, 0, False)],
+)  # fmt: skip
+def test_pivots_of_floats(graph: Graph, pivot: float, reference: float, safe: bool) -> None:
+    """1/pivot above 16 eps of the reference and the least normal number, NaN and the flag elsewhere."""
     x = graph.symbol("x")
-    node = graph.pivot_inverse(x, graph.one)
+    node = graph.pivot_inverse(x, graph.constant(reference))
     if safe:
         assert evaluate([node], {x: pivot}, Floats()) == [1 / pivot]
         return
@@ -519,10 +523,29 @@ def test_solve(graph: Graph, elimination: tuple[int, ...]) -> None:
     rows = [[graph.symbol(f"m{min(i, j)}{max(i, j)}") for j in range(4)] for i in range(4)]
     right = [graph.symbol(f"b{i}") for i in range(4)]
     factors = Elimination(tuple(map(tuple, rows)), elimination)
-    for solution in (factors.solve(right), factors.product(right)):
+    for solution in (factors.solve(right), factors.solve_by_inverse(right)):
         product = [graph.sum(m * x for m, x in zip(row, solution, strict=True)) for row in rows]
         assert fingerprint(product) == fingerprint(right)
     assert all(factors.inverse[i][j] is factors.inverse[j][i] for i in range(4) for j in range(4))
+
+
+@pytest.mark.parametrize(
+    ("singular", "lost"), [("", ""), ("b", "abc"), ("c", "abc"), ("d", "de"), ("e", "de"), ("b d", "abcde")]
+)
+def test_a_bad_pivot_is_felt_by_all_that_is_solved_with_it(graph: Graph, singular: str, lost: str) -> None:
+    """a, b and c are coupled, d and e to nothing: of those that are alone each tells the others."""
+    zero, names = graph.zero, "abcde"
+    a, b, c, d, e, x, y = (graph.symbol(name) for name in "abcdexy")
+    matrix = ((a, x, y, zero, zero), (x, b, zero, zero, zero), (y, zero, c, zero, zero))
+    matrix += ((zero, zero, zero, d, zero), (zero, zero, zero, zero, e))
+    factors = Elimination(matrix, (4, 3, 2, 1, 0))
+    given = dict.fromkeys((a, b, c, d, e), 2.0) | {x: 0.5, y: 0.5}
+    given |= {graph.symbol(name): 0.0 for name in singular.split()}
+    right = [graph.constant(k) for k in range(1, 6)]
+    with np.errstate(invalid="ignore"):
+        for solution in (factors.solve(right), factors.solve_by_inverse(right)):
+            found = evaluate(list(solution), given, Floats())
+            assert {name for name, value in zip(names, found, strict=True) if np.isnan(value)} == set(lost)
 
 
 def test_solve_keeps_zeros(graph: Graph) -> None:

@@ -310,6 +310,17 @@ def test_built_when_asked_for(backend: str, compiled: Compiled) -> None:
         _ = module.jacobians
 
 
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("options", [{"fold": True}, {"functions": ["regressor"]}, {"fold": True, "accuracy": "high"}])
+def test_products_beyond_float64_are_refused(options: dict[str, Any], backend: str) -> None:
+    """(1e160 m)², where it is computed before the code is written."""
+    if backend == "numpy" and "accuracy" in options:
+        return
+    scene = eomgen.chain(1, "rigid", length=1e160)
+    with pytest.raises(EomgenError, match=r"1e3\d\d .*float64|regressor's b is inf"):
+        eomgen.compile(scene, backend=backend, **options)
+
+
 def test_request_keeps_types_and_fold() -> None:
     module = eomgen.compile(CASES["rigid_2"], "lagrange", "numpy", fold=True, dtypes=("float32", "float64"))
     state = State(*(x.astype("float32") for x in random_state(module, 2)))

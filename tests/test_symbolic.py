@@ -328,6 +328,16 @@ def test_what_only_scenes_have(options: dict[str, Any], words: str) -> None:
         eomgen.compile(equations, backend="numpy", **options)
 
 
+@pytest.mark.parametrize("backend", ["c", "numpy"])
+def test_a_coordinate_without_mass(backend: str) -> None:
+    """The mass matrix is singular, so nothing is a result, whatever is coupled to it."""
+    x, y, vx, vy = sympy.symbols("x y vx vy", real=True)
+    equations = lagrangian(vx**2 / 2, y**2, [x, y], v=[vx, vy])
+    module = eomgen.compile(equations, backend=backend, functions=["forward_dynamics"])
+    with np.errstate(invalid="ignore"):
+        assert np.isnan(module.forward_dynamics([1.0, 2.0], [0.0, 0.0], [5.0, 7.0], module.p)).all()
+
+
 def test_without_sympy(monkeypatch: pytest.MonkeyPatch) -> None:
     import sys
 

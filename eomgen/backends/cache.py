@@ -55,12 +55,12 @@ def publish(target: Path, build: Callable[[Path], None]) -> Path:
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         private = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=target.parent))
+        build(private)
     except OSError as error:
         raise BuildError(
             f"cannot write to the cache {one_line(str(target.parent), 200)} ({error.strerror}); "
             "set EOMGEN_CACHE to a folder that can be written"
         ) from None
-    build(private)
     try:
         private.chmod(0o755)
         private.rename(target)

@@ -4,10 +4,9 @@ from collections.abc import Callable
 
 from eomgen.errors import OptionError, unknown
 from eomgen.frontends import articulated, lagrange, matrix, recursive
-from eomgen.frontends.mechanism import Mechanism
-from eomgen.ir.equations import Equations
+from eomgen.frontends.mechanism import Mechanism, MechanismEquations
 
-METHODS: dict[str, Callable[[Mechanism], Equations]] = {
+METHODS: dict[str, Callable[[Mechanism], MechanismEquations]] = {
     "lagrange": lagrange.derive,
     "recursive": recursive.derive,
     "matrix": matrix.derive,
@@ -15,7 +14,7 @@ METHODS: dict[str, Callable[[Mechanism], Equations]] = {
 }
 
 
-def derive(mechanism: Mechanism, method: str) -> Equations:
+def derive(mechanism: Mechanism, method: str) -> MechanismEquations:
     """The equations of a scene by the method of this name.
 
     Raises:

@@ -543,6 +543,6 @@ class ArticulatedEquations(MechanismEquations):
         return tuple(tuple(row) for row in rows)
 
 
-def derive(mechanism: Mechanism) -> Equations:
+def derive(mechanism: Mechanism) -> MechanismEquations:
     """The recursions of a scene."""
     return ArticulatedEquations(mechanism)

@@ -144,6 +144,6 @@ def energies(mechanism: Mechanism) -> tuple[Node, Node, Node, Node]:
     return kinetic / 2, mechanism.gravity * gravity, springs / 2, dissipation / 2
 
 
-def derive(mechanism: Mechanism) -> Equations:
+def derive(mechanism: Mechanism) -> MechanismEquations:
     """Lagrange's equations of a scene."""
     return SceneLagrangeEquations(mechanism)

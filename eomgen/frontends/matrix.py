@@ -242,6 +242,6 @@ def dot(a: Sequence[Node], b: Sequence[Node]) -> Node:
     return graph.sum(x * y for x, y in zip(a, b, strict=True) if x is not zero and y is not zero)
 
 
-def derive(mechanism: Mechanism) -> Equations:
+def derive(mechanism: Mechanism) -> MechanismEquations:
     """The matrix form of a scene."""
     return MatrixEquations(mechanism)

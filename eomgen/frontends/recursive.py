@@ -236,7 +236,7 @@ class RecursiveEquations(MechanismEquations):
         return self.mechanism.gravity * weight + springs / 2
 
 
-def derive(mechanism: Mechanism) -> Equations:
+def derive(mechanism: Mechanism) -> MechanismEquations:
     """The equations of a scene, grown from none."""
     return RecursiveEquations(mechanism)
 

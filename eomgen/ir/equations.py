@@ -117,8 +117,9 @@ class Elimination:
                     rows[j][i] = rows[i][j] = rows[i][j] - factor * other
         # A pivot that fails makes all that is coupled to it NaN; what is coupled to nothing is told by a factor of one.
         coupled = {i for k, column in self.columns.items() if column for i in (k, *(pivot for pivot, _ in column))}
-        alone = [k for k in order if k not in coupled]
-        self.tests = {k: [matrix[pivot][pivot] * self.pivots[pivot] for pivot in alone if pivot != k] for k in alone}
+        sizes = {k: graph.one if matrix[k][k] is zero else matrix[k][k] for k in order if k not in coupled}
+        ones = {k: size * self.pivots[k] for k, size in sizes.items()}
+        self.uncoupled = {k: [one for pivot, one in ones.items() if pivot != k] for k in ones}
 
     def solve(self, right: Sequence[Node]) -> Vector:
         """The solution for a right-hand side, (n,)."""
@@ -130,12 +131,12 @@ class Elimination:
         solution: dict[int, Node] = {}
         for k in reversed(self.order):
             solution[k] = b[k] * self.pivots[k] - total(factor * solution[i] for i, factor in self.columns[k])
-        for k, tests in self.tests.items():
-            for test in tests:
-                solution[k] = solution[k] * test
+        for k, others in self.uncoupled.items():
+            for other in others:
+                solution[k] = solution[k] * other
         return tuple(solution[k] for k in range(len(b)))
 
-    def product(self, right: Sequence[Node]) -> Vector:
+    def solve_by_inverse(self, right: Sequence[Node]) -> Vector:
         """The same by the inverse: fewer operations for several dense right-hand sides."""
         zero = self.graph.zero
         return tuple(
@@ -154,9 +155,9 @@ class Elimination:
                 found[k][j] = found[j][k] = -graph.sum(factor * found[i][j] for i, factor in factors)
             found[k][k] = self.pivots[k] - graph.sum(factor * found[i][k] for i, factor in factors)
             done.append(k)
-        for k, tests in self.tests.items():
-            for test in tests:
-                found[k][k] = found[k][k] * test
+        for k, others in self.uncoupled.items():
+            for other in others:
+                found[k][k] = found[k][k] * other
         return tuple(map(tuple, found))
 
 

@@ -177,7 +177,10 @@ class Rounds:
 
     title: str
     steps: tuple[Block | Turns, ...]
-    count: int
+
+    @property
+    def count(self) -> int:
+        return self.steps[0].parts[0].rounds
 
     @property
     def parts(self) -> tuple[Block, ...]:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import NamedTuple, Protocol
 
+from eomgen.errors import UnsupportedError
 from eomgen.ir.expr import Node
 from eomgen.ir.program import Block, Place, Store
 from eomgen.ir.schedule import order
@@ -290,9 +291,29 @@ def _plus(term: str, number: int) -> str:
     return f"{term} {'-' if number < 0 else '+'} {abs(number)}" if number else term
 
 
+def finite(value: int | Fraction) -> float:
+    """The nearest double.
+
+    Raises:
+        UnsupportedError: none is as large.
+    """
+    try:
+        return float(value)
+    except OverflowError:
+        size = len(str(abs(int(value)))) - 1
+        raise UnsupportedError(
+            f"the scene's numbers make one of about 1e{size} where they are computed beforehand (fold, regressor); a "
+            "float64 holds numbers to 1.8e308; use smaller numbers, or other units, or leave fold out"
+        ) from None
+
+
 def decimal(value: int | Fraction) -> str:
-    """A literal that reads back to the nearest number of any type: shortest if a double holds it exactly."""
-    short = repr(float(value))
+    """A literal that reads back to the nearest number of any type: shortest if a double holds it exactly.
+
+    Raises:
+        UnsupportedError: no double is as large.
+    """
+    short = repr(finite(value))
     if Fraction(short) == value:
         return short
     scale = Fraction(value)

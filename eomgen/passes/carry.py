@@ -54,7 +54,7 @@ def _accesses(steps: tuple[Step, ...], arrays: Set[str]) -> Iterator[tuple[Place
     """
     for step in steps:
         if isinstance(step, Rounds):
-            yield from _accesses(2 * step.steps, arrays)
+            yield from _accesses(step.steps, arrays)
             continue
         accesses = {
             id(block): [(place, stored) for place, stored in _places(block) if place.array in arrays]

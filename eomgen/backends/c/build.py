@@ -189,6 +189,8 @@ def _compile(folder: Path, tools: Toolchain, source: str, made: str, *options: s
         BuildError: it failed.
     """
     _run(folder, [*tools.command, *tools.flags, *options, "-c", source, "-o", made])
+    if not (folder / made).is_file():
+        raise BuildError(f"the C compiler {tools.command[0]!r} ended well but wrote no {made}; set CC to a C compiler")
 
 
 def _run(folder: Path, command: list[str]) -> None:
@@ -210,7 +212,7 @@ def _run(folder: Path, command: list[str]) -> None:
         )
     except OSError as error:
         raise BuildError(f"cannot run {command[0]!r} ({error.strerror})") from None
-    with log.open("a", encoding="utf-8") as stream:
+    with log.open("a", encoding="utf-8", errors="backslashreplace") as stream:
         stream.write(f"$ {shlex.join(command)}\n{done.stdout}")
     if done.returncode:
         step = "Cython" if "cython" in command else f"the C compiler {command[0]!r}"

@@ -252,12 +252,10 @@ def table(model: Model) -> str:
     """The table of functions and the plain C interface."""
     suffixes = [TYPES[dtype] for dtype in model.dtypes]
     arithmetic = ARITHMETIC[model.accuracy]
-    defined = dict.fromkeys(("real", "pack", "scalar", "STREAMS", *_defined(arithmetic.macros)))
-    undefs = "\n".join(f"#undef {name}" for name in defined)
     includes: list[str] = []
     vectors: list[str] = []
     for scalar, vector in suffixes:
-        frame = {"name": model.name, "scalar": scalar, "undefs": undefs}
+        frame = {"name": model.name, "scalar": scalar}
         includes.append(template.INCLUDE.format(real=scalar, text=1, other=2, **frame))
         if vector:
             includes.append(template.INCLUDE.format(real=vector, text=0, other=1, **frame))
@@ -279,10 +277,6 @@ def table(model: Model) -> str:
         size=max(1, len(model.p)),
         interfaces="\n".join(interfaces),
     )
-
-
-def _defined(macros: str) -> list[str]:
-    return re.findall(r"^#define (\w+)", macros, re.MULTILINE)
 
 
 def number_of(value: float) -> str:

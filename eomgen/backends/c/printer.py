@@ -12,7 +12,7 @@ from typing import Literal
 
 from eomgen.errors import UnsupportedError
 from eomgen.ir.expr import Node
-from eomgen.ir.statements import Sine, Text, decimal, infix, wrapped
+from eomgen.ir.statements import Sine, Text, decimal, finite, infix, wrapped
 
 Kind = Literal["input", "output", "work", "carried", "constants", "p"]
 
@@ -224,7 +224,7 @@ class HighPrinter:
         return name
 
     def constant(self, node: Node) -> Text:
-        hi = float(node.value)
+        hi = finite(node.value)
         lo = float(Fraction(node.value) - Fraction(hi))
         text = f"TWOFOLD({hi!r}, {lo!r})" if lo else self._double(f"SET({hi!r})")
         return Text(text, 3, 0, node)

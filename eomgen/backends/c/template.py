@@ -32,6 +32,7 @@ typedef real pack[EOM_WIDE];
 #define ANGLE(x) R(x), R(K(0.0)), EOM_ANGLE
 #define DIFFERENCE(x, y) R(x), R(y), EOM_DIFFERENCE
 #define SINCOS(angle, s, c) STREAMS_SINCOS(angle, s, c)
+#undef STREAMS_SINCOS
 #if EOM_WIDE > 1
 #define STREAMS_SINCOS(x, y, limit, s, c) \\
     pack s##_x, s##_y; EACH s##_x[h] = x; EACH s##_y[h] = y; \\
@@ -137,7 +138,8 @@ INCLUDE = """\
 #define scalar eom_{scalar}
 #define EOM_SCALAR_TEXT {text}
 #include "{name}_kernels.h"
-{undefs}
+#undef scalar
+#undef STREAMS
 #undef EOM_SCALAR_TEXT
 #undef EOM_REAL
 #endif

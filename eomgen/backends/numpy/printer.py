@@ -6,7 +6,7 @@ from collections.abc import Set
 from fractions import Fraction
 
 from eomgen.ir.expr import Node
-from eomgen.ir.statements import Text, decimal, infix
+from eomgen.ir.statements import Text, decimal, finite, infix
 
 FUNCTIONS = ("sin", "cos", "sqrt", "exp", "log")
 
@@ -31,7 +31,7 @@ class NumPyPrinter:
         return f"{array}[{index}]"
 
     def constant(self, node: Node) -> Text:
-        nearest = float(node.value)
+        nearest = finite(node.value)
         if Fraction(nearest) == node.value:
             return Text(repr(nearest), 1 if nearest < 0 else 3, 0, node)
         return Text(f'number("{decimal(node.value)}")', 3, 0, node)

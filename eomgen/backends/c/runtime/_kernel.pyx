@@ -4,6 +4,9 @@
 This text is the same for every model: names, signatures and loops come from the model's own table.
 """
 
+import sys
+
+from libc.stdint cimport uint32_t
 from libc.stdlib cimport malloc
 
 cdef extern from *:
@@ -15,6 +18,14 @@ cdef extern from *:
     enum: NPY_FLOAT
     enum: NPY_DOUBLE
     enum: NPY_LONGDOUBLE
+    enum: NPY_ITER_WRITEONLY
+    enum: NPY_ITER_UPDATEIFCOPY
+    enum: NPY_ITER_ALIGNED
+    enum: NPY_ITER_ALLOCATE
+    enum: NPY_ITER_NO_BROADCAST
+    enum: NPY_ITER_NO_SUBTYPE
+    ctypedef struct PyUFuncObject:
+        uint32_t *op_flags
     ctypedef void (*PyUFuncGenericFunction)(char **, const Py_ssize_t *, const Py_ssize_t *, void *)
     int _import_array() except -1
     int _import_umath() except -1
@@ -75,7 +86,13 @@ cdef object register(const eom_function *f, const char *name, const char *doc, c
         data[k] = <void *>f
         for i in range(operands):
             types[k * operands + i] = kind[k]
-    return PyUFunc_FromFuncAndDataAndSignature(loops, data, types, count, nin, nout, -1, name, doc, 0, signature)
+    made = PyUFunc_FromFuncAndDataAndSignature(loops, data, types, count, nin, nout, -1, name, doc, 0, signature)
+    # The flags that NumPy gives to results but for NPY_ITER_OVERLAP_ASSUME_ELEMENTWISE: a result that is an argument is
+    # written beside it first, as some of a state is written before all of it is read.
+    for i in range(nin, operands):
+        (<PyUFuncObject *>made).op_flags[i] = (NPY_ITER_WRITEONLY | NPY_ITER_UPDATEIFCOPY | NPY_ITER_ALIGNED |
+                                               NPY_ITER_ALLOCATE | NPY_ITER_NO_BROADCAST | NPY_ITER_NO_SUBTYPE)
+    return made
 
 
 _import_array()
@@ -98,3 +115,7 @@ for index in range(eom_function_count):
             f, "rollout_dop853", "", f.rollout, nin + 2, 2,
             eom_rollout_dop853_f32, eom_rollout_dop853_f64, eom_rollout_dop853_f80)
 globals().update(functions)
+
+# Cython enters the module under the name it was translated by, too, where pickle would find a function first.
+if __name__ != "_kernel" and sys.modules.get("_kernel") is sys.modules.get(__name__):
+    sys.modules.pop("_kernel", None)

@@ -566,32 +566,24 @@ static void FN(eom_rollout)(char **args, const intptr_t *dimensions, const intpt
         return;
     }
     SCALAR *c = buffer + each * lanes, *p_copy = c + f->constants;
+    EOM_PASTE(FN(eom_trajectory), _one) one = EOM_PASTE(FN(eom_lay_out), _one)(f, kernels->one, p_copy, c, 1, kept, buffer);
+#if EOM_WIDTH > 1
+    EOM_PASTE(FN(eom_trajectory), _lanes) side =
+        EOM_PASTE(FN(eom_lay_out), _lanes)(f, kernels->lanes, p_copy, c, streams, kept, (VECTOR *)buffer);
+#endif
     for (intptr_t state = 0; state < states; state += lanes) {
         if (state == 0 || fresh) {
             FN(eom_gather)(p_operand, p_operand->base + state * p_operand->step, p_copy, 1);
             if (kernels->constants) ((FN(eom_constants) *)kernels->constants)(p_copy, c);
         }
         int count = states - state < lanes ? (int)(states - state) : lanes;
-#define EOM_LAY_OUT(type, width)                                                                                       \
-    type *at = (type *)buffer;                                                                                         \
-    int m = (width);                                                                                                   \
-    x.p = p_copy, x.c = c, x.n = n, x.k = k, x.streams = m;                                                            \
-    x.q = at, x.v = x.q + n * m, x.stage_q = x.v + n * m, x.stage_v = x.stage_q + n * m;                               \
-    x.a = x.stage_v + n * m, x.u = x.a + kept * n * m, x.w = x.u + f->rows[2] * m;                                     \
-    x.stage_w = x.w + 3 * k * m, x.work = x.stage_w + 3 * k * m;                                                       \
-    for (int i = 0; i <= inputs; i++) x.places[i] = (eom_place){lanes, (uintptr_t)buffer}
 #if EOM_WIDTH > 1
         if (lanes > 1) {
-            EOM_PASTE(FN(eom_trajectory), _lanes) x = {.kernel = kernels->lanes};
-            EOM_LAY_OUT(VECTOR, streams);
-            EOM_PASTE(FN(eom_integrate), _lanes)(&x, operand, &dt, result, state, count, intervals, next, method, options);
+            EOM_PASTE(FN(eom_integrate), _lanes)(&side, operand, &dt, result, state, count, intervals, next, method, options);
             continue;
         }
 #endif
-        EOM_PASTE(FN(eom_trajectory), _one) x = {.kernel = kernels->one};
-        EOM_LAY_OUT(SCALAR, 1);
-        lost |= EOM_PASTE(FN(eom_integrate), _one)(&x, operand, &dt, result, state, count, intervals, next, method, options);
-#undef EOM_LAY_OUT
+        lost |= EOM_PASTE(FN(eom_integrate), _one)(&one, operand, &dt, result, state, count, intervals, next, method, options);
     }
     free(buffer);
     if (method == EOM_DOP853) { /* steps that were tried and given up have raised what is true of no result */

@@ -14,6 +14,22 @@ typedef struct {
     REAL *q, *v, *u, *w, *stage_q, *stage_v, *stage_w, *a, *work;
 } RN(eom_trajectory);
 
+/* A trajectory of as many states as `streams` reals hold, its arrays one after the other in a buffer. */
+static RN(eom_trajectory) RN(eom_lay_out)(const eom_function *f, void (*kernel)(void), const SCALAR *p, const SCALAR *c,
+                                          int streams, int kept, REAL *buffer)
+{
+    int n = f->rows[0], k = f->inputs > 3 ? f->rows[3] : 0;
+    RN(eom_trajectory) x = {.kernel = kernel, .p = p, .c = c, .n = n, .k = k, .streams = streams};
+    REAL **arrays[] = {&x.q, &x.v, &x.stage_q, &x.stage_v, &x.a, &x.u, &x.w, &x.stage_w, &x.work};
+    const int sizes[] = {n, n, n, n, kept * n, f->rows[2], 3 * k, 3 * k, f->work};
+    for (int i = 0; i <= f->inputs; i++) x.places[i] = (eom_place){WIDTH * streams, (uintptr_t)buffer};
+    for (int i = 0; i < 9; i++) {
+        *arrays[i] = buffer;
+        buffer += sizes[i] * streams;
+    }
+    return x;
+}
+
 /* Accelerations at (q, v), time t after the start of the interval: the prescribed s̈ is constant there. */
 static void RN(eom_stage)(RN(eom_trajectory) * x, const REAL *q, const REAL *v, const REAL *t, REAL *a)
 {

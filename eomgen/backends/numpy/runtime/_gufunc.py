@@ -47,7 +47,7 @@ class Function:
 
     def __reduce__(self):
         # By reference, as NumPy's own ufuncs; __module__ is set by the package.
-        return getattr, (_Importer(self.__module__), self.__name__)
+        return self.__name__
 
     def __call__(self, *arguments, out=None):
         other = _namespace(arguments)
@@ -199,18 +199,6 @@ class Function:
             for position, element in enumerate(elements):
                 block[:, position] = element
             result[where] = block.reshape((last - first, *self._result))
-
-
-class _Importer:
-    """Stands for a module in a pickle."""
-
-    def __init__(self, name):
-        self._name = name
-
-    def __reduce__(self):
-        import importlib
-
-        return importlib.import_module, (self._name,)
 
 
 def _elements(block):
