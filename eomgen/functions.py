@@ -20,8 +20,8 @@ class Function:
 
     Attributes:
         arguments: its arguments before p, by their letters; w is dropped where nothing is prescribed.
-        shape: the shape of the result from (n, k, m): coordinates, prescribed lengths, links; -1 where the number of
-            expressions decides.
+        shape: the shape of the result from (n, k, m, p): coordinates, prescribed lengths, links, parameters; -1 where
+            the number of expressions decides.
         build: the result's expressions, flattened.
         doc: one line.
         default: whether it is built without being asked for.
@@ -29,7 +29,7 @@ class Function:
     """
 
     arguments: str
-    shape: Callable[[int, int, int], tuple[int, ...]]
+    shape: Callable[[int, int, int, int], tuple[int, ...]]
     build: Build
     doc: str
     default: bool = True
@@ -38,39 +38,41 @@ class Function:
 
 FUNCTIONS: dict[str, Function] = {
     "forward_dynamics": Function(
-        "qvuw", lambda n, k, m: (n,), lambda e: e.forward_dynamics, "accelerations a of M a + h = Q(u)"
+        "qvuw", lambda n, k, m, p: (n,), lambda e: e.forward_dynamics, "accelerations a of M a + h = Q(u)"
     ),
     "inverse_dynamics": Function(
-        "qvaw", lambda n, k, m: (n,), lambda e: e.inverse_dynamics, "inputs u that give the accelerations a"
+        "qvaw", lambda n, k, m, p: (n,), lambda e: e.inverse_dynamics, "inputs u that give the accelerations a"
     ),
     "mass_matrix": Function(
-        "qw", lambda n, k, m: (n, n), lambda e: flatten(e.mass_matrix), "mass matrix M of M a + h = Q(u)"
+        "qw", lambda n, k, m, p: (n, n), lambda e: flatten(e.mass_matrix), "mass matrix M of M a + h = Q(u)"
     ),
-    "bias": Function("qvw", lambda n, k, m: (n,), lambda e: e.bias, "bias h: M a + h = Q(u)"),
+    "bias": Function("qvw", lambda n, k, m, p: (n,), lambda e: e.bias, "bias h: M a + h = Q(u)"),
     "energy": Function(
-        "qvw", lambda n, k, m: (2,), lambda e: (e.kinetic, e.potential), "kinetic and potential energy, J"
+        "qvw", lambda n, k, m, p: (2,), lambda e: (e.kinetic, e.potential), "kinetic and potential energy, J"
     ),
     "prescribed_forces": Function(
-        "qvaw", lambda n, k, m: (k,), lambda e: e.prescribed_forces, "forces along the prescribed lengths, N"
+        "qvaw", lambda n, k, m, p: (k,), lambda e: e.prescribed_forces, "forces along the prescribed lengths, N"
     ),
-    "joints": Function("qw", lambda n, k, m: (m, 2), lambda e: flatten(e.joints), "far-end position of every link, m"),
+    "joints": Function(
+        "qw", lambda n, k, m, p: (m, 2), lambda e: flatten(e.joints), "far-end position of every link, m"
+    ),
     "jacobian": Function(
         "qvuw",
-        lambda n, k, m: (n, 3 * n),
+        lambda n, k, m, p: (n, 3 * n),
         sensitivity.jacobian,
         "derivatives of the accelerations by (q, v, u), side by side",
         default=False,
     ),
     "parameter_jacobian": Function(
         "qvuw",
-        lambda n, k, m: (n, -1),
+        lambda n, k, m, p: (n, p),
         sensitivity.parameter_jacobian,
         "derivatives of the accelerations by p",
         default=False,
     ),
     "regressor": Function(
         "qvaw",
-        lambda n, k, m: (n, -1),
+        lambda n, k, m, p: (n, -1),
         lambda e: sensitivity.regressor(e).nodes,
         "matrix Y with u = Y b, b the parameters (b_names) that inverse dynamics is linear in",
         default=False,
@@ -137,7 +139,7 @@ def program(equations: Equations, name: str) -> Program:
     nodes = function.build(equations)
     symbols = equations.symbols if function.parameters else sensitivity.regressor(equations).symbols
     m = len(equations.joints) if has_links(equations) else 0
-    shape = function.shape(len(symbols.q), len(symbols.w), m)
+    shape = function.shape(len(symbols.q), len(symbols.w), m, len(symbols.p))
     if shape[-1] == -1:
         shape = (shape[0], len(nodes) // shape[0])
     loads = {node: Place(slot.array, (slot.index,)) for node, slot in symbols.slots.items()}

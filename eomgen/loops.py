@@ -31,6 +31,7 @@ from eomgen.ir.program import (
     Step,
     Store,
     Turns,
+    invariant,
     needed,
     parts,
     straight,
@@ -128,14 +129,17 @@ class _Run:
         tables: for every stand-in symbol its array and, by link, its index.
         numbers: folded numbers that differ between the links.
         root: whether the links have no parent.
-        computed: nodes that blocks so far have computed -> position of the block, and the order in which it visits the links.
+        computed: nodes that blocks so far have computed -> position of the block, and the links as it visits them.
     """
 
     def __init__(self, mechanism: Mechanism, members: list[int], graph: Graph, first_number: int) -> None:
         scene = mechanism.scene
         link = scene.links[members[0]]
         numbers = {i: {short: value for short, _, value in scene.links[i].parameters} for i in members}
-        differ = {keys: len({frozenset(given).intersection(keys) for given in numbers.values()}) > 1 for keys in SPRUNG.values()}
+        differ = {
+            keys: len({frozenset(given).intersection(keys) for given in numbers.values()}) > 1
+            for keys in SPRUNG.values()
+        }
         common = set.intersection(*map(set, numbers.values()))
         self.members = members
         self.forces = [name for name, keys in SPRUNG.items() if differ[keys]]
@@ -500,8 +504,9 @@ class _Builder:
         What depends on parameters only is left to the hoisting pass.
         """
         kept: dict[Node, Place] = {}
+        left = invariant(reachable(wanted, loads), loads, "p")
         for node in reachable(wanted, {**loads, **run.computed}):
-            if node in loads or node not in run.computed or _is_still(node, loads):
+            if node in loads or node not in run.computed or node in left:
                 continue
             position, order = run.computed[node]
             source = self.blocks[position]
@@ -537,9 +542,3 @@ def _direction(walk: Walk) -> str:
 def _zeros(arrays: list[str], indices: Sequence[int], graph: Graph) -> Block:
     stores = tuple(Store(Place(array, indices), graph.zero) for array in arrays)
     return Block("sums start at zero", {}, stores, len(indices))
-
-
-def _is_still(node: Node, loads: Mapping[Node, Place]) -> bool:
-    """Whether a value depends on parameters only."""
-    items = reachable([node], loads)
-    return all(loads[item].array == "p" if item in loads else item.op != "symbol" for item in items)

@@ -17,7 +17,7 @@ from eomgen.backends import cache
 from eomgen.errors import OptionError
 from eomgen.ir.expr import BINARY, LEAVES, UNARY, Graph, Node, reachable
 from eomgen.ir.interpret import Digits, Floats, run
-from eomgen.ir.program import Array, Block, Inner, Place, Program, Store, Turns, needed, straight
+from eomgen.ir.program import Array, Block, Inner, Place, Program, Rounds, Store, Turns, needed, straight
 from eomgen.ir.statements import decimal
 from eomgen.model import Model
 from eomgen.passes import chunk
@@ -132,13 +132,13 @@ PARENTS = (-1, 0, 0, 2, 2, 4)
 
 
 def square() -> Program:
-    """A symmetric matrix: q_i p_j + sin q_j for i above j in a tree, zero for other branches."""
+    """A symmetric matrix: q_i p_j² + sin q_j for i above j in a tree, zero for other branches."""
     graph, n = Graph(), len(PARENTS)
     upper, lower, p, own = (graph.symbol(name) for name in ("upper", "lower", "p", "own"))
     every, rest, rows = range(n), (0,) * n, range(0, n * n, n)
     zero = Block("zeros", {}, (Store(Place("out", range(n * n)), graph.zero),), n * n)
     diagonal = Block("diagonal", {own: Place("q", every)}, (Store(Place("out", range(0, n * n, n + 1)), own),), n)
-    element = upper * p + graph.sin(lower)
+    element = upper * (p * p) + graph.sin(lower)
     pairs = Block(
         "pairs",
         {upper: Place("q", rest, every), lower: Place("q", every), p: Place("p", every)},
@@ -165,6 +165,30 @@ def turns() -> Program:
     step = Turns("root to tips", tuple(blocks), kinds)
     scratch = (Array("down", (6,), "work"),)
     return Program("turns", "two kinds of links", inputs, Array("out", (6,), "output"), (step,), scratch=scratch)
+
+
+def columns() -> Program:
+    """A matrix column by column: p_i² + q_i² times the products of q up to a row, less a third."""
+    graph, every = Graph(), range(3)
+    q, p, x, own = (graph.symbol(name) for name in ("q", "p", "x", "own"))
+    squares = Block("squares", {q: Place("q", (2, 1, 0))}, (Store(Place("own", (2, 1, 0)), q * q),), 3)
+    start = Block(
+        "start",
+        {p: Place("p", (0,), every), own: Place("own", (0,), every)},
+        (Store(Place("down", (0,)), p * p + own),),
+        rounds=3,
+    )
+    walk = Block(
+        "walk",
+        {q: Place("q", every), x: Place("down", every)},
+        (Store(Place("down", (1, 2, 3)), q * x), Store(Place("out", (0, 3, 6), every), q * x - THIRD)),
+        3,
+        rounds=3,
+    )
+    inputs = tuple(Array(letter, (3,), "input", tuple(f"{letter}{i}" for i in every)) for letter in "qp")
+    scratch = Array("own", (3,), "work"), Array("down", (4,), "work")
+    blocks = squares, Rounds("columns", (start, walk))
+    return Program("columns", "a matrix by columns", inputs, Array("out", (3, 3), "output"), blocks, scratch=scratch)
 
 
 def differences() -> Program:
@@ -196,6 +220,7 @@ PROGRAMS: dict[str, Callable[[], Program]] = {
     "loop": loop,
     "square": square,
     "turns": turns,
+    "columns": columns,
     "differences": differences,
     "still": lambda: only("still"),
 }
@@ -340,6 +365,16 @@ def test_sines_of_differences(modules: dict[str, ModuleType], backend: str, dtyp
     alone = function(ordinary, p)
     for far in (30.0, 1e15):
         assert (function(np.concatenate([ordinary, np.full((1, 3), [far, 0.7, far], dtype)]), p)[:-1] == alone).all()
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+@pytest.mark.parametrize("backend", backends.BACKENDS)
+def test_far_differences_of_near_angles(modules: dict[str, ModuleType], backend: str, dtype: str) -> None:
+    """No angle reaches 8 rad, differences do: they are corrected whether a neighbour is far or not."""
+    q = np.array(list(itertools.product([5.1, -5.3, 7.9, -7.7], repeat=3)), dtype)
+    function, p = modules[backend].differences, np.array([0.7], dtype)
+    with_far = np.concatenate([q, np.full((1, 3), [30.0, 0.7, 1e15], dtype)])
+    assert (function(q, p) == function(with_far, p)[:-1]).all()
 
 
 @pytest.mark.parametrize("backend", backends.BACKENDS)

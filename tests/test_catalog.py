@@ -1,6 +1,5 @@
 """Ready scenes: the chain and the walker of the paper."""
 
-import time
 from typing import Any
 
 import pytest
@@ -106,14 +105,3 @@ def test_walker_of_lumped_masses() -> None:
 def test_walker_starts_as_in_the_paper() -> None:
     assert WALKER_ANGLES == (1.68, 1.70, 1.21, 0.39, 1.57)
     assert WALKER_RATES == (-1.57, -2.92, -0.19, -2.83, -0.07)
-
-
-def test_long_chain_is_quick_to_make() -> None:
-    """1000 links take about 11 ms; the least of five tries keeps a busy machine out of it."""
-
-    def seconds() -> float:
-        start = time.perf_counter()
-        chain(1000)
-        return time.perf_counter() - start
-
-    assert min(seconds() for _ in range(5)) < 0.05

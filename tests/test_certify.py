@@ -72,6 +72,17 @@ def test_a_result_without_an_exact_value_is_an_error() -> None:
     assert all(item.scaled == math.inf and item.passed for item in found)
 
 
+@pytest.mark.parametrize(
+    ("function", "condition", "passed"),
+    [("forward_dynamics", 1.1 / EPS, True), ("forward_dynamics", 0.9 / EPS, False), ("forward_dynamics", 10.0, False),
+     ("jacobian", 10.0, False), ("inverse_dynamics", 1.1 / EPS, False)],
+)  # fmt: skip
+def test_no_result_is_right_in_singular_states_only(function: str, condition: float, passed: bool) -> None:
+    labels = ("scene", "case", "matrix", "c", "float64", function)
+    nothing = certify.Certificate(*labels, math.inf, math.inf, 1.0, condition, condition, 5)
+    assert nothing.passed == passed
+
+
 def test_a_singular_state_has_no_certificate() -> None:
     equations = eomgen.derive(eomgen.chain(1))
     given = dict.fromkeys(equations.symbols.slots, 0.0)

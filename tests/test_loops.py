@@ -643,6 +643,16 @@ def test_a_thousand_links_by_any_method(method: str) -> None:
     assert sum(len(dump(program)) for program in built) < 30_000
 
 
+@pytest.mark.parametrize(("models", "looped"), [("rrrreeee", True), ("rrrreett", False)])
+def test_loops_need_links_of_a_kind(models: str, looped: bool) -> None:
+    """Two links of a kind on average: eight links in four groups are loops, in five they are not."""
+    names = {"r": "rigid", "e": "elastic-rod", "t": "telescopic", "j": "joint-masses"}
+    scene = tree("kinds", line(8), [names[letter] for letter in models])
+    equations = articulated(scene)
+    assert len(loops.groups(equations.mechanism).members) == (4 if looped else 5)
+    assert all(repeats(program) == looped for program in pipeline.programs(equations, ["bias", "energy"]))
+
+
 def test_a_function_without_loops() -> None:
     """A chain of middle length has it written out, a long one not; nor does one that must be loops."""
     name = "regressor"

@@ -471,7 +471,7 @@ def in_turns(found: dict[str, Any], order: Sequence[int]) -> dict[str, Any]:
     return {"blocks": (start, Turns("sums in turns", (part(0, 2), part(1)), tuple(order)), more)}
 
 
-def in_rounds(found: dict[str, Any], number: int = 1, count: int = 3, **changes: Any) -> dict[str, Any]:
+def in_rounds(found: dict[str, Any], number: int = 1, **changes: Any) -> dict[str, Any]:
     """A matrix column by column, in each the products of q up to a row times an element of p; a block is changed."""
     graph, every = Graph(), range(3)
     q, x = graph.symbol("q"), graph.symbol("x")
@@ -486,7 +486,7 @@ def in_rounds(found: dict[str, Any], number: int = 1, count: int = 3, **changes:
     steps = [start, walk]
     if changes:
         steps[number] = replace(steps[number], **{key: value(steps[number]) for key, value in changes.items()})
-    blocks = (Rounds("columns", tuple(step for step in steps if step.stores), count),)
+    blocks = (Rounds("columns", tuple(step for step in steps if step.stores)),)
     return {
         "output": Array("out", (3, 3), "output"),
         "constants": (),
@@ -562,7 +562,7 @@ RULES: dict[str, tuple[Callable[[dict[str, Any]], dict[str, Any]], str]] = {
                 (Store(Place("out", (3,)), graph.one, add=True), Store(Place("out", (2,)), q, add=True)),
             )
         ),
-        "out",
+        r"reads and writes out\[3\] at once",
     ),
     "pair stored twice": (lambda f: paired(f, first=(0, 0, 0)), r"out\[0\]"),
     "inner loop too long": (
@@ -573,7 +573,7 @@ RULES: dict[str, tuple[Callable[[dict[str, Any]], dict[str, Any]], str]] = {
     "no inner loop": (lambda f: paired(f, inner=None), "3 indices of p for 0 inside or around"),
     "turns too early": (lambda f: in_turns(f, (1, 0, 0)), r"reads sums\[1\], which has no value"),
     "too few turns": (lambda f: in_turns(f, (0, 1)), r"the turns \{0: 1, 1: 1\} are not the iterations \{0: 2, 1: 1\}"),
-    "too few rounds": (lambda f: in_rounds(f, count=2), "block 'start' is not one of 2 rounds"),
+    "too few rounds": (lambda f: in_rounds(f, rounds=lambda b: 2), "block 'walk' is not one of 3 rounds"),
     "a round after another": (
         lambda f: in_rounds(f, 0, stores=lambda b: ()),
         r"'walk' reads sums\[0\], which has no value",

@@ -22,7 +22,7 @@ from functools import cached_property
 from typing import Protocol
 
 from eomgen.frontends.mechanism import LinkSymbols, Mechanism, MechanismEquations
-from eomgen.ir.equations import Equations, Matrix, Vector, lazy
+from eomgen.ir.equations import Matrix, Vector, lazy
 from eomgen.ir.expr import Graph, Node
 from eomgen.links import Body
 

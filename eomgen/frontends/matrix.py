@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 
 from eomgen.frontends.mechanism import Mechanism, MechanismEquations
-from eomgen.ir.equations import Equations, Matrix, Vector, lazy
+from eomgen.ir.equations import Matrix, Vector, lazy
 from eomgen.ir.expr import Node
 
 Elements = list[list[Node]]

@@ -10,7 +10,7 @@ others need of it in the array `c`.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -172,7 +172,6 @@ class Rounds:
     Attributes:
         title: what is computed, for comments.
         steps: what every round executes, in order; no loops inside iterations.
-        count: the number of rounds.
     """
 
     title: str
@@ -180,6 +179,7 @@ class Rounds:
 
     @property
     def count(self) -> int:
+        """The number of rounds."""
         return self.steps[0].parts[0].rounds
 
     @property
@@ -208,7 +208,7 @@ class Program:
         output: the output array.
         blocks: at the rate of states, in order.
         constants: blocks at the rate of the parameters, run before the others.
-        scratch: the arrays of the roles `constants` and `work`.
+        scratch: the arrays of the roles `constants`, `work` and `carried`.
         form: how it is computed where there is a choice, for people.
     """
 
@@ -252,6 +252,21 @@ def needed(block: Block) -> Block:
     used = block.nodes()
     loads = {node: block.loads[node] for node in used if node in block.loads}
     return replace(block, loads=loads)
+
+
+def invariant(nodes: Iterable[Node], loads: Mapping[Node, Place], arrays: Container[str]) -> set[Node]:
+    """Those of some nodes (operands first) that depend on constants and some arrays only.
+
+    An element that a loop inside or around moves is none, as its place is not known here.
+    """
+    found: set[Node] = set()
+    for node in nodes:
+        if node in loads:
+            if loads[node].array in arrays and not loads[node].inner:
+                found.add(node)
+        elif node.op != "symbol" and all(arg in found for arg in node.args):
+            found.add(node)
+    return found
 
 
 def parts(steps: Iterable[Step]) -> Iterator[Block]:

@@ -48,10 +48,7 @@ def _places(block: Block) -> list[tuple[Place, bool]]:
 
 
 def _accesses(steps: tuple[Step, ...], arrays: Set[str]) -> Iterator[tuple[Place, int, bool]]:
-    """Every access to some arrays in order: its place, the index there, whether it stores.
-
-    Of rounds the first two, as nothing moves there that is in question.
-    """
+    """Every access to some arrays in order, of rounds in the first: its place, the index there, whether it stores."""
     for step in steps:
         if isinstance(step, Rounds):
             yield from _accesses(step.steps, arrays)

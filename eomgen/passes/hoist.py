@@ -10,23 +10,36 @@ from __future__ import annotations
 from dataclasses import replace
 
 from eomgen.ir.expr import LEAVES, Node
-from eomgen.ir.program import Array, Block, Place, Program, Rounds, Step, Store, Turns, needed, parts, take_turns
+from eomgen.ir.program import (
+    Array,
+    Block,
+    Place,
+    Program,
+    Rounds,
+    Step,
+    Store,
+    Turns,
+    invariant,
+    needed,
+    parts,
+    take_turns,
+)
 
 
 def run(program: Program) -> Program:
     """The program with its parameter-only values hoisted."""
-    still_arrays = _still_arrays(program)
+    arrays = _invariant_arrays(program)
     constants: list[Step] = []
     late: list[Step] = []
     size = 0
 
     def split(block: Block) -> tuple[Block, Block]:
         nonlocal size
-        still = _still(block, still_arrays)
-        early = tuple(store for store in block.stores if store.place.array in still_arrays)
-        late = tuple(store for store in block.stores if store.place.array not in still_arrays)
+        fixed = invariant(block.nodes(), block.loads, {"p", *arrays})
+        early = tuple(store for store in block.stores if store.place.array in arrays)
+        late = tuple(store for store in block.stores if store.place.array not in arrays)
         places: dict[Node, Place] = {}
-        for node in _frontier(block, still, late) if block.inner is None else ():
+        for node in _frontier(block, fixed, late) if block.inner is None else ():
             places[node] = Place("c", tuple(range(size, size + block.count)))
             size += block.count
         early += tuple(Store(place, node) for node, place in places.items())
@@ -47,48 +60,32 @@ def run(program: Program) -> Program:
             late.append(replace(step, steps=tuple(left for part in step.steps if (left := hoisted(part)) is not None)))
         elif (left := hoisted(step)) is not None:
             late.append(left)
-    scratch = [replace(a, role="constants") if a.name in still_arrays else a for a in program.scratch]
+    scratch = [replace(a, role="constants") if a.name in arrays else a for a in program.scratch]
     if size:
         scratch.insert(0, Array("c", (size,), "constants"))
     return replace(program, blocks=tuple(late), constants=(*program.constants, *constants), scratch=tuple(scratch))
 
 
-def _still_arrays(program: Program) -> set[str]:
+def _invariant_arrays(program: Program) -> set[str]:
     """The work arrays that receive nothing but what depends on p."""
     found = {array.name for array in program.scratch if array.role == "work"}
     while True:
         moving: set[str] = set()
         for block in parts(program.blocks):
-            still = _still(block, found)
-            moving |= {store.place.array for store in block.stores if store.node not in still}
+            fixed = invariant(block.nodes(), block.loads, {"p", *found})
+            moving |= {store.place.array for store in block.stores if store.node not in fixed}
         if not moving & found:
             return found
         found -= moving
 
 
-def _still(block: Block, arrays: set[str]) -> set[Node]:
-    """The nodes of a block that depend on constants and p only, leaves included.
-
-    An element that a loop inside or around moves is none, as its place is not known here.
-    """
-    still: set[Node] = set()
-    for node in block.nodes():
-        if node in block.loads:
-            place = block.loads[node]
-            if not place.inner and (place.array == "p" or place.array in arrays):
-                still.add(node)
-        elif all(arg in still for arg in node.args):
-            still.add(node)
-    return still
-
-
-def _frontier(block: Block, still: set[Node], stores: tuple[Store, ...]) -> list[Node]:
+def _frontier(block: Block, fixed: set[Node], stores: tuple[Store, ...]) -> list[Node]:
     """Parameter-only operations whose value something at the rate of states uses."""
     wanted: set[Node] = {store.node for store in stores}
     for node in replace(block, stores=stores).nodes():
-        if node not in still and node not in block.loads:
+        if node not in fixed and node not in block.loads:
             wanted.update(node.args)
-    found = (node for node in wanted if node in still and node.op not in LEAVES and node not in block.loads)
+    found = (node for node in wanted if node in fixed and node.op not in LEAVES and node not in block.loads)
     return sorted((node for node in found if _operations(node)), key=lambda node: node.id)
 
 

@@ -17,7 +17,8 @@ class Arithmetic:
 
     Attributes:
         printer: makes the rules for single operations from the kinds of the arrays.
-        about, macros: head of the text.
+        about: head of the text.
+        header: its words.
         value: C type of a value between arguments and results.
         still: C type of what depends on the parameters only.
         size: scalars that one of them takes.
@@ -27,7 +28,7 @@ class Arithmetic:
 
     printer: Callable[[dict[str, Kind], bool], CPrinter | HighPrinter]
     about: str
-    macros: str
+    header: str
     value: str
     still: str
     size: int
@@ -39,7 +40,7 @@ ARITHMETIC = {
     "fast": Arithmetic(
         lambda kinds, inline: FastPrinter(kinds),
         template.FAST_ABOUT,
-        template.FAST_MACROS,
+        "eomgen_kernels_fast.h",
         "floats",
         "float",
         1,
@@ -49,7 +50,7 @@ ARITHMETIC = {
     "standard": Arithmetic(
         CPrinter,
         template.STANDARD_ABOUT,
-        template.STANDARD_MACROS,
+        "eomgen_kernels_standard.h",
         "pack",
         "scalar",
         1,
@@ -59,7 +60,7 @@ ARITHMETIC = {
     "high": Arithmetic(
         lambda kinds, inline: HighPrinter(kinds),
         template.HIGH_ABOUT,
-        template.HIGH_MACROS,
+        "eomgen_kernels_high.h",
         "twofold",
         "eom_twofold_f64",
         2,

@@ -39,7 +39,7 @@ def kernels(model: Model) -> str:
         name=model.name,
         about=arithmetic.about,
         legend=legend(model, " * "),
-        macros=arithmetic.macros,
+        header=arithmetic.header,
     )
     return "\n".join([head, *(function(program, arithmetic) for program in model.programs)])
 

@@ -9,99 +9,17 @@ KERNELS_HEAD = """\
  *
 {legend}
  */
-#define real eom_real
-{macros}"""
-
-STANDARD_ABOUT = """\
- * Every value between is a `pack` of as many, and EACH statement computes its reals side by side; FMA, SINCOS, ... are
- * those of eomgen_real.h."""
-STANDARD_MACROS = """\
-#define pack EOM_JOIN(EOM_NAME(pack), STREAMS)
-#define STREAMS 1
-typedef real pack[1];
-#undef STREAMS
-#define STREAMS EOM_WIDE
-#if EOM_WIDE > 1
-typedef real pack[EOM_WIDE];
-#endif
-#define EACH _Pragma("GCC unroll 2") for (int h = 0; h < STREAMS; h++)
-#define R(x) ((x) - (real){0}) /* a scalar in every lane; a vector as it is */
-#define K(x) ((scalar)x##L) /* a literal, read in the widest type */
-#define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
-#define FNMA(a, b, c) eom_fnma(R(a), R(b), R(c)) /* c - a b */
-#define ANGLE(x) R(x), R(K(0.0)), EOM_ANGLE
-#define DIFFERENCE(x, y) R(x), R(y), EOM_DIFFERENCE
-#define SINCOS(angle, s, c) STREAMS_SINCOS(angle, s, c)
-#undef STREAMS_SINCOS
-#if EOM_WIDE > 1
-#define STREAMS_SINCOS(x, y, limit, s, c) \\
-    pack s##_x, s##_y; EACH s##_x[h] = x; EACH s##_y[h] = y; \\
-    eom_sincos2(s##_x[0], s##_y[0], limit, s##_x[1], s##_y[1], limit, &s[0], &c[0], &s[1], &c[1])
-#else
-#define STREAMS_SINCOS(x, y, limit, s, c) EACH eom_sincos(x, y, limit, &s[h], &c[h])
-#endif
-#define SINCOS2(angle, angle2, s, c, s2, c2) EACH eom_sincos2(angle, angle2, &s[h], &c[h], &s2[h], &c2[h])
-#define SINCOS_CALL(angle, s, c) EACH eom_sincos_call(angle, &s[h], &c[h])
-#define PIVOT_INVERSE(pivot, reference) eom_pivot_inverse(R(pivot), R(reference))
-#define SQRT(x) eom_sqrt(R(x))
-#define EXP(x) eom_exp(R(x))
-#define LOG(x) eom_log(R(x))
+#include "{header}"
 """
 
+STANDARD_ABOUT = """\
+ * Every value between is a `pack` of as many, and EACH statement computes its reals side by side."""
 HIGH_ABOUT = """\
  * Values between are twofolds, sums of two doubles (eomgen_twofold.h); the digits of ADD21, ... tell which operands are
  * twofolds (2) and which are doubles (1)."""
-HIGH_MACROS = """\
-#define twofold EOM_NAME(eom_twofold)
-#define SET(x) EOM_NAME(eom_set)(x) /* a double in every lane */
-#define SPREAD(x) ((twofold){SET((x).hi), SET((x).lo)}) /* the same for a twofold */
-#define TWOFOLD(hi, lo) ((twofold){SET(hi), SET(lo)})
-#define WIDE(x) ((twofold){(x), SET(0)})
-#define ADD11 EOM_NAME(eom_add11)
-#define ADD21 EOM_NAME(eom_add21)
-#define ADD22 EOM_NAME(eom_add22)
-#define MUL11 EOM_NAME(eom_mul11)
-#define MUL21 EOM_NAME(eom_mul21)
-#define MUL22 EOM_NAME(eom_mul22)
-#define DIV22 EOM_NAME(eom_div22)
-#define SCALE EOM_NAME(eom_scale)
-#define MINUS EOM_NAME(eom_minus)
-#define SINCOS EOM_NAME(eom_twofold_sincos)
-#define PIVOT_INVERSE EOM_NAME(eom_twofold_pivot_inverse)
-"""
-
 FAST_ABOUT = """\
  * Values between are floats (eomgen_single.h): half as many vectors, which EACH statement computes side by side. Angles
  * and their differences are reduced as doubles."""
-FAST_MACROS = """\
-#define single EOM_NAME(eom_single)
-#define floats EOM_JOIN(EOM_NAME(floats), STREAMS)
-#define STREAMS 1
-typedef single floats[1];
-#undef STREAMS
-#define STREAMS EOM_WIDE
-#if EOM_WIDE > 1
-typedef single floats[1];
-#undef STREAMS
-#define STREAMS EOM_WIDER
-typedef single floats[EOM_WIDER / 2];
-#endif
-#define EACH _Pragma("GCC unroll 2") for (int h = 0; h < (STREAMS + 1) / 2; h++)
-#define R(x) ((x) - (single){0}) /* a scalar in every lane; a vector as it is */
-#define K(x) ((float)x##L) /* a literal, read in the widest type */
-#define NARROW(x) EOM_NAME(eom_narrow)((x) + 2 * h)
-#define NARROW_DIFFERENCE(x, y) EOM_NAME(eom_narrow_difference)((x) + 2 * h, (y) + 2 * h)
-#define WIDEN(x, a) EOM_NAME(eom_widen)((x) + 2 * h, a)
-#define FMA(a, b, c) EOM_NAME(eom_single_fma)(R(a), R(b), R(c))
-#define FNMA(a, b, c) EOM_NAME(eom_single_fnma)(R(a), R(b), R(c)) /* c - a b */
-#define SINCOS(x, s, c) EOM_NAME(eom_single_sincos)(R(x), s, c)
-#define SINCOS_ANGLE(x, s, c) EOM_NAME(eom_sincos_angle)((x) + 2 * h, s, c)
-#define SINCOS_DIFFERENCE(x, y, s, c) EOM_NAME(eom_sincos_difference)((x) + 2 * h, (y) + 2 * h, s, c)
-#define PIVOT_INVERSE(pivot, reference) EOM_NAME(eom_single_pivot_inverse)(R(pivot), R(reference))
-#define SQRT(x) EOM_NAME(eom_single_sqrt)(R(x))
-#define EXP(x) EOM_NAME(eom_single_exp)(R(x))
-#define LOG(x) EOM_NAME(eom_single_log)(R(x))
-"""
 
 SECTION = """\
 /* ---- {name} ----

@@ -24,25 +24,8 @@
 #define scalar eom_f64
 #define EOM_SCALAR_TEXT 1
 #include "chain4_kernels.h"
-#undef real
-#undef pack
 #undef scalar
 #undef STREAMS
-#undef EACH
-#undef R
-#undef K
-#undef FMA
-#undef FNMA
-#undef ANGLE
-#undef DIFFERENCE
-#undef SINCOS
-#undef STREAMS_SINCOS
-#undef SINCOS2
-#undef SINCOS_CALL
-#undef PIVOT_INVERSE
-#undef SQRT
-#undef EXP
-#undef LOG
 #undef EOM_SCALAR_TEXT
 #undef EOM_REAL
 #endif
@@ -52,25 +35,8 @@
 #define scalar eom_f64
 #define EOM_SCALAR_TEXT 0
 #include "chain4_kernels.h"
-#undef real
-#undef pack
 #undef scalar
 #undef STREAMS
-#undef EACH
-#undef R
-#undef K
-#undef FMA
-#undef FNMA
-#undef ANGLE
-#undef DIFFERENCE
-#undef SINCOS
-#undef STREAMS_SINCOS
-#undef SINCOS2
-#undef SINCOS_CALL
-#undef PIVOT_INVERSE
-#undef SQRT
-#undef EXP
-#undef LOG
 #undef EOM_SCALAR_TEXT
 #undef EOM_REAL
 #endif

@@ -2,8 +2,7 @@
  *
  * The equations, as one text for every type: chain4.c includes it once for each. `real` is a scalar or a vector of
  * lanes (a lane is a state), `scalar` its element. EOM_AT(q, i) is STREAMS reals: element i of an argument or result.
- * Every value between is a `pack` of as many, and EACH statement computes its reals side by side; FMA, SINCOS, ... are
- * those of eomgen_real.h.
+ * Every value between is a `pack` of as many, and EACH statement computes its reals side by side.
  *
  * q[0]  link1.angle (rad)
  * q[1]  link2.angle (rad)
@@ -55,36 +54,7 @@
  * p[23]  link4.fraction3 (1)
  * p[24]  gravity (m/s^2)
  */
-#define real eom_real
-#define pack EOM_JOIN(EOM_NAME(pack), STREAMS)
-#define STREAMS 1
-typedef real pack[1];
-#undef STREAMS
-#define STREAMS EOM_WIDE
-#if EOM_WIDE > 1
-typedef real pack[EOM_WIDE];
-#endif
-#define EACH _Pragma("GCC unroll 2") for (int h = 0; h < STREAMS; h++)
-#define R(x) ((x) - (real){0}) /* a scalar in every lane; a vector as it is */
-#define K(x) ((scalar)x##L) /* a literal, read in the widest type */
-#define FMA(a, b, c) eom_fma(R(a), R(b), R(c))
-#define FNMA(a, b, c) eom_fnma(R(a), R(b), R(c)) /* c - a b */
-#define ANGLE(x) R(x), R(K(0.0)), EOM_ANGLE
-#define DIFFERENCE(x, y) R(x), R(y), EOM_DIFFERENCE
-#define SINCOS(angle, s, c) STREAMS_SINCOS(angle, s, c)
-#if EOM_WIDE > 1
-#define STREAMS_SINCOS(x, y, limit, s, c) \
-    pack s##_x, s##_y; EACH s##_x[h] = x; EACH s##_y[h] = y; \
-    eom_sincos2(s##_x[0], s##_y[0], limit, s##_x[1], s##_y[1], limit, &s[0], &c[0], &s[1], &c[1])
-#else
-#define STREAMS_SINCOS(x, y, limit, s, c) EACH eom_sincos(x, y, limit, &s[h], &c[h])
-#endif
-#define SINCOS2(angle, angle2, s, c, s2, c2) EACH eom_sincos2(angle, angle2, &s[h], &c[h], &s2[h], &c2[h])
-#define SINCOS_CALL(angle, s, c) EACH eom_sincos_call(angle, &s[h], &c[h])
-#define PIVOT_INVERSE(pivot, reference) eom_pivot_inverse(R(pivot), R(reference))
-#define SQRT(x) eom_sqrt(R(x))
-#define EXP(x) eom_exp(R(x))
-#define LOG(x) eom_log(R(x))
+#include "eomgen_kernels_standard.h"
 
 /* ---- forward_dynamics ----
  * accelerations a of M a + h = Q(u)
