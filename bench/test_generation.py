@@ -49,7 +49,6 @@ if TYPE_CHECKING:
 
 METHODS = ("lagrange", "recursive", "matrix", "articulated")
 KINDS = tuple(NOMINAL)
-STAGES = ("front end", "code generation", "compilation")
 EXACT_UP_TO = 20  # links for which methods are compared exactly; beyond, with the numeric reference alone
 PLAN = "EOMGEN_TABLE1_PLAN"  # the environment variable with the plan: JSON, the keys of DEFAULT_PLAN
 DEFAULT_PLAN: dict[str, Any] = {
@@ -230,7 +229,7 @@ class Cell:
 
     Args:
         benchmark: the fixture of pytest-benchmark.
-        stage: one of `STAGES`.
+        stage: "front end", "code generation" or "compilation".
         method: one of `METHODS`.
         kind: one of `KINDS`.
         links: the number of links.

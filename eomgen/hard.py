@@ -1,7 +1,7 @@
 """Hard cases: scenes and states at which equations of motion lose digits, by name.
 
 Cases whose scenes have the same name differ in numbers only: one compiled module serves them all, with the p of each.
-How hard a case is, `eomgen.certify.condition` computes.
+How hard a case is, `eomgen.certify.Exact.condition` computes.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen import frontends, functions, pipeline
+from eomgen import frontends, functions, hard, pipeline
 from eomgen.errors import UnsupportedError
 from eomgen.frontends.mechanism import Mechanism
 from eomgen.ir.equations import Equations
@@ -151,36 +151,20 @@ def _kept(program: Program, expected: list[list[int]]) -> bool:
     return True
 
 
-def random_inputs(program: Program, scene: Scene, rng: np.random.Generator) -> dict[str, np.ndarray[Any, Any]]:
-    """Arguments of a program: angles all around, lengths of 0.5 to 1.5 m, rates and inputs of order one."""
-    values: dict[str, np.ndarray[Any, Any]] = {}
-    for array in program.inputs:
-        drawn = rng.normal(size=array.shape)
-        if array.name == "p":
-            drawn = np.array([parameter.value for parameter in scene.parameters])
-        elif array.name == "q":
-            m = len(scene.links)
-            drawn[:m] = rng.uniform(-np.pi, np.pi, m)
-            drawn[m:] = rng.uniform(0.5, 1.5, len(drawn) - m)
-        elif array.name == "w":
-            drawn[:, 0] = rng.uniform(0.5, 1.5, len(drawn))
-        values[array.name] = drawn
-    return values
-
-
 def _errors(equations: Equations, module: Any, method: str, backend: str, states: int) -> list[Measured]:
     """The errors of a module's functions, each over its own random states."""
     scene: Scene = equations.mechanism.scene  # type: ignore[attr-defined]
     digits, found = Digits(60), []
     n = len(equations.q)
+    parameters = np.array([parameter.value for parameter in scene.parameters])
     for name in functions.select(equations, None):
-        rng = np.random.default_rng(20170901)
-        program = functions.program(equations, name)
+        letters = [array.name for array in functions.program(equations, name).inputs]
         nodes = list(functions.FUNCTIONS[name].build(equations))
         slots = equations.symbols.slots
         worst, bound = 0.0, 8.0 * n
-        for _ in range(states):
-            values = random_inputs(program, scene, rng)
+        for seed in range(states):
+            state = {**hard.random_state(scene, hard.SEED + seed), "p": parameters}
+            values = {letter: state[letter] for letter in letters}
             given = {
                 node: digits.number(values[slot.array].flat[slot.index])
                 for node, slot in slots.items()

@@ -174,7 +174,7 @@ PLANTED: dict[str, tuple[str, Plant, set[str]]] = {
     ),
     "recursive, border": (
         "recursive",
-        wrong_function(RecursiveEquations, "_border", lambda pair: (pair[0] * WRONG, pair[1])),
+        wrong_property(RecursiveEquations, "_borders", lambda found: [(P * WRONG, slope) for P, slope in found]),
         {"mass_matrix", "bias"},
     ),
     "recursive, corner": ("recursive", wrong_function(RecursiveEquations, "_corner", one(0)), {"mass_matrix"}),

@@ -52,14 +52,7 @@ def derive(mechanism: Mechanism) -> Derived:
 
 
 def evaluate(derived: Derived, mechanism: Mechanism, q: Vector, v: Vector) -> tuple[Vector, Vector]:
-    """The mass matrix (n, n) and the bias (n) of a state.
-
-    Args:
-        derived: What ``derive`` returned for a mechanism of this kind and size.
-        mechanism: The mechanism whose parameter values count.
-        q: Its coordinates (n).
-        v: Their rates (n).
-    """
+    """See `bench.generation.one.Contender`."""
     function = ca.Function("equations", derived[:3], derived[3:])
     mass_matrix, bias = function(q, v, list(mechanism.parameters.values()))
     return np.asarray(mass_matrix.full()), np.asarray(bias.full())[:, 0]

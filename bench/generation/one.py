@@ -32,7 +32,14 @@ class Contender(Protocol):
         """The complete symbolic mass matrix and bias of a mechanism: this is what is timed."""
 
     def evaluate(self, derived: Any, mechanism: Mechanism, q: Vector, v: Vector) -> tuple[Vector, Vector]:
-        """The mass matrix (n, n) and the bias (n) of a state."""
+        """The mass matrix (n, n) and the bias (n) of a state.
+
+        Args:
+            derived: What ``derive`` returned for a mechanism of this kind and size.
+            mechanism: The mechanism whose parameter values count.
+            q: Its coordinates (n).
+            v: Their rates (n).
+        """
 
 
 def max_error(contender: Contender, derived: Any, mechanism: Mechanism) -> float:

@@ -35,13 +35,6 @@ def derive(mechanism: Mechanism) -> Derived:
 
 
 def evaluate(derived: Derived, mechanism: Mechanism, q: Vector, v: Vector) -> tuple[Vector, Vector]:
-    """The mass matrix (n, n) and the bias (n) of a state.
-
-    Args:
-        derived: What ``derive`` returned for a mechanism of this kind and size.
-        mechanism: The mechanism whose parameter values count.
-        q: Its coordinates (n).
-        v: Their rates (n).
-    """
+    """See `bench.generation.one.Contender`."""
     mass_matrix, bias = derived
     return evaluate_matrix(mass_matrix, mechanism, q, v), evaluate_matrix(bias, mechanism, q, v)[:, 0]

@@ -31,14 +31,7 @@ def derive(mechanism: Mechanism) -> Derived:
 
 
 def evaluate(derived: Derived, mechanism: Mechanism, q: Vector, v: Vector) -> tuple[Vector, Vector]:
-    """The mass matrix (n, n) and the bias (n) of a state.
-
-    Args:
-        derived: What ``derive`` returned for a mechanism of this kind and size.
-        mechanism: The mechanism whose parameter values count.
-        q: Its coordinates (n).
-        v: Their rates (n).
-    """
+    """See `bench.generation.one.Contender`."""
     mass_matrix, forcing = derived
     symbols = [dynamicsymbols(name) for name in mechanism.coordinates]
     values = {sm.Symbol(name): value for name, value in mechanism.parameters.items()}

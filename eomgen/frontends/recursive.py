@@ -67,12 +67,15 @@ class RecursiveEquations(MechanismEquations):
             carried.append(self.graph.zero)
         return _Grown(carried, turning)
 
-    def _border(self, j: int) -> tuple[Node, Node]:
-        """Column j of A and E without the factors of the row: S_j + L_j m and its slope, m the mass carried."""
-        link, mass = self.mechanism.links[j], self._grown.carried[j]
-        first = self.graph.sum(b.mass * link.reach(b.alpha, b.beta) for b in link.bodies)
-        slope = self.graph.sum(b.mass * b.beta for b in link.bodies)
-        return first + mass * link.L, slope + mass * link.L1
+    @cached_property
+    def _borders(self) -> list[tuple[Node, Node]]:
+        """Columns of A and E without the factors of the row: S + L m of the link and its slope, m the mass carried."""
+        found: list[tuple[Node, Node]] = []
+        for link, mass in zip(self.mechanism.links, self._grown.carried, strict=True):
+            first = self.graph.sum(b.mass * link.reach(b.alpha, b.beta) for b in link.bodies)
+            slope = self.graph.sum(b.mass * b.beta for b in link.bodies)
+            found.append((first + mass * link.L, slope + mass * link.L1))
+        return found
 
     def _corner(self, j: int) -> tuple[Node, Node, Node]:
         """Diagonal elements of A, D and G: T_ν, X_ν, S''_ν when link j was new, increased by what it carries."""
@@ -92,23 +95,19 @@ class RecursiveEquations(MechanismEquations):
     @cached_property
     def _weights(self) -> tuple[Vector, Vector]:
         """C and K: what gravity pulls on every angle and every length."""
-        borders = list(enumerate(map(self._border, range(len(self.mechanism.links)))))
-        links = self.mechanism.links
-        return tuple(P * links[i].cos for i, (P, _) in borders), tuple(
-            slope * links[i].sin for i, (_, slope) in borders
-        )
+        pairs = list(zip(self._borders, self.mechanism.links, strict=True))
+        return tuple(P * link.cos for (P, _), link in pairs), tuple(slope * link.sin for (_, slope), link in pairs)
 
     @cached_property
     def _squares(self) -> dict[str, Matrix]:
         links, zero = self.mechanism.links, self.graph.zero
         m = len(links)
         A, B, D, E, G, H, Lambda = ([[zero] * m for _ in range(m)] for _ in range(7))
-        borders = [self._border(j) for j in range(m)]
         for j in range(m):
             A[j][j], D[j][j], G[j][j] = self._corner(j)
             H[j][j] = -D[j][j]
         for (i, j), (c, s) in self._grown.turning.items():
-            P, slope = borders[j]
+            P, slope = self._borders[j]
             turn, slide = links[i].L, links[i].L1
             A[i][j] = A[j][i] = turn * P * c
             B[i][j] = turn * P * s
@@ -146,7 +145,6 @@ class RecursiveEquations(MechanismEquations):
         zero, links = self.graph.zero, self.mechanism.links
         turning: list[Node] = []
         sliding: list[Node] = []
-        borders = [self._border(j) for j in range(len(links))]
         # Acceleration of a far end against its joint, without what the unknown accelerations add,
         # along the link and across it.
         along = [self._given(k) * k.L1 - k.L * (k.rate * k.rate) for k in links]
@@ -157,7 +155,7 @@ class RecursiveEquations(MechanismEquations):
             sliding.append(second * self._given(link) - mixed * (link.rate * link.rate))
         for (i, j), (c, s) in self._grown.turning.items():
             upper, lower = links[i], links[j]
-            P, slope = borders[j]
+            P, slope = self._borders[j]
             pull = slope * self._given(lower) - P * (lower.rate * lower.rate)
             push = slope * (2 * (lower.rate * lower.length_rate))
             turning[i] = turning[i] + upper.L * (push * c - pull * s)

@@ -74,10 +74,10 @@ static int eom_operands(const eom_function *f, char **args, const intptr_t *step
 EOM_INLINE uintptr_t eom_ahead(const char *at, intptr_t bytes) { return (uintptr_t)at + (uintptr_t)bytes + EOM_LINE - 1; }
 
 #if EOM_LANES_F64 == 8 /* a vector, which is a line, past the cache; what says that all of them have been stored */
-#define EOM_STREAM(to, from) _mm512_stream_si512((void *)(to), (__m512i)(from))
-#define EOM_STREAMED() _mm_sfence()
+#define EOM_STORE_NONTEMPORAL(to, from) _mm512_stream_si512((void *)(to), (__m512i)(from))
+#define EOM_FENCE() _mm_sfence()
 #else
-#define EOM_STREAMED() ((void)0)
+#define EOM_FENCE() ((void)0)
 #endif
 
 #define EOM_UNROLLED _Pragma("GCC unroll 8")

@@ -265,7 +265,7 @@ static intptr_t FN(eom_pitch)(const eom_operand *o)
  * Many rows of a large batch are more than the processor has requests for, and lines written whole need not be read. */
 static intptr_t FN(eom_before_line)(const eom_operand *result, intptr_t states, int total)
 {
-#ifdef EOM_STREAM
+#ifdef EOM_STORE_NONTEMPORAL
     const intptr_t size = sizeof(SCALAR), past = (intptr_t)((uintptr_t)result->base % EOM_LINE);
     int large = result->size >= EOM_MANY_ROWS && states >= EOM_LARGE / (total * size);
     if (large && result->pitch && result->pitch * size % EOM_LINE == 0 && past % size == 0)
@@ -277,11 +277,11 @@ static intptr_t FN(eom_before_line)(const eom_operand *result, intptr_t states, 
 
 static void FN(eom_store_past)(const eom_operand *o, intptr_t state, const VECTOR *from, int streams)
 {
-#ifdef EOM_STREAM
+#ifdef EOM_STORE_NONTEMPORAL
     char *to = o->base + state * o->step;
     const intptr_t next = o->columns > 1 ? o->column : o->row;
     for (int i = 0; i < o->size; i++, to += next, from += streams)
-        for (int h = 0; h < streams; h++) EOM_STREAM(to + h * sizeof(VECTOR), from[h]);
+        for (int h = 0; h < streams; h++) EOM_STORE_NONTEMPORAL(to + h * sizeof(VECTOR), from[h]);
 #else
     (void)o, (void)state, (void)from, (void)streams;
 #endif
@@ -411,7 +411,7 @@ static void FN(eom_run_lanes)(const eom_function *f, const eom_kernels *k, const
         else if (!result->pitch)
             FN(eom_store_whole)(result, block, x.copy[inputs], streams);
     }
-    if (past) EOM_STREAMED();
+    if (past) EOM_FENCE();
     if (block == states) return;
     int count[EOM_MAX_STREAMS];
     intptr_t first[EOM_MAX_STREAMS];
