@@ -11,6 +11,7 @@ from types import ModuleType
 from eomgen import backends, pipeline
 from eomgen.certify import Certificate
 from eomgen.errors import UnsupportedError
+from eomgen.functions import FUNCTIONS
 from eomgen.ir.count import program_operations
 from eomgen.ir.equations import Equations
 from eomgen.ir.program import Program
@@ -52,13 +53,7 @@ def compiled(module: ModuleType, in_cache: bool) -> str:
         ]
         for name, counts in info["operations"].items()
     ]
-    name = module.__name__ if in_cache else os.path.basename(folder)
-    vectors = ["q", "v", "u"] + (["w"] if module.w_names else []) + ["model.p"]
     n = len(module.q_names)
-    filled = [f"numpy.ones({n})", f"numpy.zeros({n})", f"numpy.zeros({len(module.u_names)})"]
-    if module.w_names:
-        filled.append(f"numpy.tile([1.0, 0.0, 0.0], ({len(module.w_names)}, 1))")
-    call = "forward_dynamics" if hasattr(module, "forward_dynamics") else ""
     lines = [
         f"module    {folder}",
         f"scene     {module.scene.get('name', 'user system')}: {n} coordinates, {len(module.p)} parameters; "
@@ -69,15 +64,30 @@ def compiled(module: ModuleType, in_cache: bool) -> str:
         table(rows, ["function", "signature", "operations per state", "per parameter set"]),
         "",
     ]
-    if call:
-        where = "" if in_cache else f"    # from {os.path.dirname(folder)}"
-        lines += [
-            "try it:",
-            f"  import numpy, {name} as model{where}",
-            f"  {', '.join(vectors[:-1])} = {', '.join(filled)}",
-            f"  print(model.{call}({', '.join(vectors)}))",
-        ]
-    return "\n".join(lines).rstrip()
+    name = module.__name__ if in_cache else os.path.basename(folder)
+    where = "" if in_cache else f"    # from {os.path.dirname(folder)}"
+    function = next(iter(info["operations"]))  # forward_dynamics, if it was built
+    letters, values = _arguments(module, function)
+    call = [*letters, "model.p"] if FUNCTIONS[function].parameters else letters
+    lines += [
+        "try it:",
+        f"  import numpy, {name} as model{where}",
+        f"  {', '.join(letters)} = {', '.join(values)}",
+        f"  print(model.{function}({', '.join(call)}))",
+    ]
+    return "\n".join(lines)
+
+
+def _arguments(module: ModuleType, function: str) -> tuple[list[str], list[str]]:
+    """The letters of a function's arguments before p, and the Python that makes a value of each, of a type built."""
+    dtype = "float64" if "float64" in module.info["dtypes"] else module.info["dtypes"][0]
+    n, k = len(module.q_names), len(module.w_names)
+    of = str(n) if dtype == "float64" else f"{n}, {dtype!r}"
+    row = "[1.0, 0.0, 0.0]" if dtype == "float64" else f"numpy.{dtype}([1, 0, 0])"
+    values = dict.fromkeys("vau", f"numpy.zeros({of})")
+    values |= {"q": f"numpy.ones({of})", "w": f"numpy.tile({row}, ({k}, 1))"}
+    letters = [letter for letter in FUNCTIONS[function].arguments if letter != "w" or k]
+    return letters, [values[letter] for letter in letters]
 
 
 def _by_form(forms: dict[str, str]) -> dict[str, list[str]]:

@@ -187,9 +187,34 @@ def printed_example(out: str, **options: str | Path) -> subprocess.CompletedProc
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, **options)  # type: ignore[call-overload,no-any-return]
 
 
-@pytest.mark.parametrize("options", [(), ("--fold", "--functions", "forward_dynamics")])
+EXAMPLES = {
+    (): "forward_dynamics(q, v, u, w, model.p)",
+    ("--fold", "--functions", "forward_dynamics"): "forward_dynamics(q, v, u, w, model.p)",
+    ("--dtypes", "float32"): "forward_dynamics(q, v, u, w, model.p)",
+    ("--dtypes", "longdouble,float32"): "forward_dynamics(q, v, u, w, model.p)",
+    ("--dtypes", "float32,float64"): "forward_dynamics(q, v, u, w, model.p)",
+    ("--functions", "joints"): "joints(q, w, model.p)",
+    ("--functions", "prescribed_forces,joints"): "prescribed_forces(q, v, a, w, model.p)",
+    ("--functions", "energy", "--dtypes", "float32"): "energy(q, v, w, model.p)",
+    ("--functions", "regressor"): "regressor(q, v, a, w)",
+    ("--functions", "jacobian,regressor", "--dtypes", "longdouble"): "jacobian(q, v, u, w, model.p)",
+}
+
+
+@pytest.mark.parametrize("options", EXAMPLES)
 def test_the_printed_example_runs(run: Command, leg: str, options: tuple[str, ...]) -> None:
-    done = printed_example(run("compile", leg, "--backend", "numpy", *options).out, cwd=ROOT)
+    """Of the types and functions that were built: forward dynamics if it is there, else the first of them."""
+    out = run("compile", leg, "--backend", "numpy", *options).out
+    assert f"print(model.{EXAMPLES[options]})" in out
+    done = printed_example(out, cwd=ROOT)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert re.fullmatch(r"\[[^\[].*\]\n|\[\[.*\]\]\n", done.stdout, re.DOTALL)
+
+
+@pytest.mark.parametrize("options", [("--dtypes", "float32"), ("--functions", "energy", "--dtypes", "longdouble")])
+def test_the_printed_example_runs_in_c(run: Command, options: tuple[str, ...]) -> None:
+    """Compiled code converts no type without asking."""
+    done = printed_example(run("compile", "--links", "2", *options).out, cwd=ROOT)
     assert (done.returncode, done.stderr) == (0, "")
     assert re.fullmatch(r"\[.*\]\n", done.stdout)
 
@@ -220,7 +245,7 @@ def test_compile_with_options(run: Command, tmp_path: Path) -> None:
     assert result.code == 0
     assert "0 parameters" in result.out
     assert "mass_matrix" not in result.out
-    assert "try it" not in result.out  # there is no forward dynamics to try
+    assert "print(model.bias(q, v, model.p))" in result.out  # there is no forward dynamics to try
     text = (out / "__init__.py").read_text()
     assert "'energy'" in text
     assert "'bias'" in text
