@@ -373,7 +373,7 @@ def main() -> int:
         prog="eomgen bench claims",
         description="Puts the paper's claims into figures; writes claims.json and claims.md.",
     )
-    parser.add_argument("--out", default="results", metavar="DIR", help="output folder (results)")
+    report.add_out(parser)
     options = parser.parse_args()
     for package in ("scipy", "flint"):
         report.require(package, "claims", "bench")

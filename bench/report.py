@@ -327,9 +327,15 @@ def load(path: str, suite: str) -> dict[str, Any]:
     raise OptionError(f"--from-json {shown(path)} is no {suite}.json; give a file that eomgen bench {suite} wrote")
 
 
+def add_out(parser: argparse.ArgumentParser) -> None:
+    """Adds the output folder."""
+    default = str(ROOT / "results")
+    parser.add_argument("--out", default=default, metavar="DIR", help="output folder (results of the checkout)")
+
+
 def add_output(parser: argparse.ArgumentParser) -> None:
     """Adds the options that `produce` reads."""
-    parser.add_argument("--out", default="results", metavar="DIR", help="output folder (results)")
+    add_out(parser)
     parser.add_argument("--from-json", metavar="FILE", help="measure nothing; make table and plot from this file")
 
 

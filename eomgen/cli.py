@@ -322,6 +322,7 @@ def certify(scene: Scene | None, options: argparse.Namespace) -> None:
 
 def bench(suite: str, arguments: list[str]) -> int:
     """eomgen bench: runs bench/<suite>.py, or the package of that name, of the checkout this package stands in."""
+    import os
     import subprocess
     from pathlib import Path
 
@@ -335,7 +336,11 @@ def bench(suite: str, arguments: list[str]) -> int:
         raise OptionError("the benchmarks are not part of the installed package; run eomgen bench in a checkout of it")
     if suite not in suites:
         raise OptionError(unknown("benchmark suite", suite, suites))
-    return subprocess.run([sys.executable, "-m", f"bench.{suite}", *arguments], cwd=root, check=False).returncode
+    # It runs in the user's folder, from which relative paths start; -P: a folder named bench there is not imported.
+    paths = [str(root), *filter(None, [os.environ.get("PYTHONPATH")])]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
+    command = [sys.executable, "-P", "-m", f"bench.{suite}", *arguments]
+    return subprocess.run(command, env=environment, check=False).returncode
 
 
 if __name__ == "__main__":

@@ -901,7 +901,11 @@ def test_bench_outside_a_checkout(run: Command, monkeypatch: pytest.MonkeyPatch,
 
 
 def test_bench_runs_the_suite(run: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """The exit code and arguments of a suite, a module or a package, in the checkout's folder."""
+    """The exit code and arguments of a suite, a module or a package, in the user's folder."""
+    here = tmp_path / "here"
+    (here / "bench").mkdir(parents=True)
+    (here / "bench" / "__init__.py").write_text("raise SystemExit('a folder of the user')\n")
+    monkeypatch.chdir(here)
     (tmp_path / "bench").mkdir()
     (tmp_path / "bench" / "__init__.py").touch()
     (tmp_path / "bench" / "quick.py").write_text(
@@ -910,11 +914,30 @@ def test_bench_runs_the_suite(run: Command, monkeypatch: pytest.MonkeyPatch, tmp
     )
     monkeypatch.setattr(cli, "__file__", str(tmp_path / "eomgen" / "cli.py"))
     assert run("bench", "quick", "--links", "1..5").code == 1
-    assert (tmp_path / "ran").read_text() == "--links 1..5"
+    assert (here / "ran").read_text() == "--links 1..5"
     (tmp_path / "bench" / "long").mkdir()
     (tmp_path / "bench" / "long" / "__main__.py").write_text("raise SystemExit(3)\n")
     assert run("bench", "long").code == 3
     assert "unknown benchmark suite 'quik'; allowed: long, quick (did you mean 'quick'?)" in run.fails("bench", "quik")
+
+
+@pytest.mark.skipif(not (ROOT / "results" / "speed.json").is_file(), reason="needs results of the suite")
+def test_paths_of_bench_start_from_the_current_folder(
+    run: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    pytest.importorskip("matplotlib")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "kept.json").write_bytes((ROOT / "results" / "speed.json").read_bytes())
+    assert run("bench", "speed", "--from-json", "kept.json", "--out", "there").code in (0, 1)  # 1: a cell had failed
+    assert sorted(path.name for path in (tmp_path / "there").iterdir()) == ["speed.md", "speed.png"]
+
+
+def test_bench_writes_to_the_results_of_the_checkout(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    from bench import pareto
+
+    monkeypatch.chdir(tmp_path)
+    assert pareto.parse([]).out == str(ROOT / "results")
+    assert pareto.parse(["--out", "there"]).out == "there"
 
 
 # The catalogue of a scene file
