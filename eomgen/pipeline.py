@@ -19,7 +19,7 @@ from typing import Any
 
 from eomgen import backends, choice, frontends, functions, passes, regularity, sensitivity
 from eomgen.backends import cache
-from eomgen.errors import OptionError, UnsupportedError, one_line, unknown
+from eomgen.errors import OptionError, UnsupportedError, one_line, shown, unknown
 from eomgen.frontends.mechanism import Mechanism, MechanismEquations
 from eomgen.ir.count import program_operations
 from eomgen.ir.equations import Equations
@@ -30,6 +30,7 @@ from eomgen.version import __version__
 
 LONGEST_NAME = 100
 _LOADED: dict[Path, int] = {}  # packages outside the cache, and how often they were loaded again
+METHOD = "matrix"  # unless another is asked for
 DTYPES = ("float64", "float32", "longdouble")
 ACCURACIES = ("fast", "standard", "high")
 
@@ -53,7 +54,7 @@ class Stopwatch:
         self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
 
 
-def derive(scene: Scene, method: str = "matrix", fold: bool = False) -> Equations:
+def derive(scene: Scene, method: str = METHOD, fold: bool = False) -> Equations:
     """The equations of motion of a scene.
 
     Args:
@@ -62,10 +63,12 @@ def derive(scene: Scene, method: str = "matrix", fold: bool = False) -> Equation
         fold: put the scene's numbers in place of parameters.
 
     Raises:
-        OptionError: there is no such method.
+        OptionError: what is given is no scene, or there is no such method.
     """
-    if method not in frontends.METHODS:
-        raise OptionError(unknown("method", method, frontends.METHODS))
+    if not isinstance(scene, Scene):
+        advice = "use eomgen.load_scene(path) for a file, eomgen.Scene.from_dict(table) for a dictionary"
+        raise OptionError(f"{shown(scene)} is no scene; {advice}")
+    _check_method(method)
     return frontends.derive(Mechanism(scene, fold), method)
 
 
@@ -92,7 +95,7 @@ def programs(
 
 def compile(
     scene: Scene | Equations,
-    method: str = "matrix",
+    method: str = METHOD,
     backend: str = "c",
     out: str | os.PathLike[str] | None = None,
     fold: bool = False,
@@ -109,11 +112,11 @@ def compile(
     """Compiles a scene (or equations) into a module and imports it.
 
     Args:
-        scene: the scene, or equations from `derive` or `lagrangian` (then `method` and `fold` are theirs).
-        method: the method of derivation.
+        scene: the scene, or equations from `derive` or `lagrangian`, which have a method and a fold of their own.
+        method: the method of derivation; of equations their own, or left out.
         backend: "c" or "numpy"; both give the same functions.
         out: a folder to write the package to; it then imports without eomgen. Without, it lives in the cache.
-        fold: compile the scene's numbers in; p then has length 0.
+        fold: compile the scene's numbers in; p then has length 0. Equations with parameters do not allow it.
         dtypes: among "float64", "float32", "longdouble"; each function dispatches on the type of its arguments.
         functions: names of the functions to build, default all.
         force: replace the package that stands in `out`.
@@ -130,7 +133,8 @@ def compile(
         The module; `docs/modules.md` describes it.
 
     Raises:
-        OptionError: an option has no such value, or `out` exists.
+        OptionError: what is given is no scene, an option has no such value, or `out` exists.
+        UnsupportedError: scene and options are valid but cannot be combined, or `out` has the name of a library.
         SingularError: the mass matrix is singular in every state.
         BuildError: no compiler, or it failed.
     """
@@ -138,6 +142,8 @@ def compile(
     target = backends.select(backend)
     kinds = _dtypes(dtypes)
     _check_accuracy(accuracy, backend, kinds)
+    if isinstance(scene, Equations):
+        _check_equations(scene, method, fold)
     place = _check_out(out, force)
     with watch.stage("derive"):
         equations = scene if isinstance(scene, Equations) else derive(scene, method, fold)
@@ -221,6 +227,25 @@ def describe(
         dtypes=dtypes,
         accuracy=accuracy,
     )
+
+
+def _check_method(method: str) -> None:
+    if not isinstance(method, str) or method not in frontends.METHODS:
+        raise OptionError(unknown("method", method, frontends.METHODS))
+
+
+def _check_equations(equations: Equations, method: str, fold: bool) -> None:
+    """Refuses options of `compile` that equations have settled; its default method says nothing."""
+    _check_method(method)
+    if method not in (METHOD, equations.method):
+        raise UnsupportedError(
+            f"method {method!r} is not that of the equations, {equations.method!r}; leave it out, or derive with it"
+        )
+    if fold and equations.p:
+        advice = "give fold to eomgen.derive"
+        if not isinstance(equations, MechanismEquations):
+            advice = "write the numbers into the energies"
+        raise UnsupportedError(f"fold=True comes too late for equations with {len(equations.p)} parameters; {advice}")
 
 
 def _check_accuracy(accuracy: str, backend: str, dtypes: tuple[str, ...]) -> None:

@@ -5,7 +5,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from eomgen.errors import SceneError, one_line
+from eomgen.errors import SceneError, one_line, shown
 from eomgen.scene import Scene
 
 
@@ -19,6 +19,8 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
         SceneError: The file cannot be read, is not TOML or describes no valid scene; the message starts
             with the file's name.
     """
+    if not isinstance(path, (str, os.PathLike)):
+        raise SceneError(f"{shown(path)} is no path; give the path of a scene file (TOML)")
     where = one_line(os.fspath(path), 80)
     return Scene.from_dict(_parse(_read(Path(path), where), where), where)
 

@@ -4,6 +4,7 @@ import functools
 import json
 import os
 import pickle
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
@@ -19,8 +20,9 @@ import eomgen
 from bench.cases import CASES, State, random_state
 from eomgen import pipeline
 from eomgen.backends import BACKENDS
-from eomgen.errors import OptionError
+from eomgen.errors import OptionError, UnsupportedError
 from eomgen.functions import FUNCTIONS
+from eomgen.ir.equations import Equations
 from eomgen.ir.interpret import run
 from tests.conftest import Compiled
 from tests.rounding import Rounded, RunningError
@@ -376,6 +378,61 @@ def test_wrong_types_are_refused_alike(argument: str, value: Any, compiled: Comp
 def test_wrong_numbers_of_arguments_are_refused(count: int, module: ModuleType) -> None:
     with pytest.raises(TypeError, match=f"takes from 5 to 6 positional arguments but {count} were given"):
         module.forward_dynamics(*[np.zeros(5)] * count)
+
+
+# Refusals of eomgen's, before anything is built
+
+
+def message_of(error: type[Exception], call: Callable[..., Any], *arguments: Any, **options: Any) -> str:
+    """The one line of a refusal."""
+    with pytest.raises(error) as caught:
+        call(*arguments, **options)
+    text = str(caught.value)
+    assert text.isprintable()
+    return text
+
+
+@pytest.mark.parametrize("given", ["hopper.toml", Path("hopper.toml"), eomgen.chain(1).to_dict(), None, 5])
+@pytest.mark.parametrize("call", [eomgen.compile, eomgen.derive])
+def test_what_is_no_scene(call: Callable[[Any], Any], given: Any) -> None:
+    text = message_of(OptionError, call, given)
+    assert re.match(r"('hopper.toml'|PosixPath\('hopper.toml'\)|{'name': .*}.*|None|5) is no scene; ", text)
+    assert "use eomgen.load_scene(path) for a file, eomgen.Scene.from_dict(table) for a dictionary" in text
+
+
+def test_what_is_no_equations() -> None:
+    scene = eomgen.chain(1)
+    assert "are no equations; use eomgen.derive(scene, method='recursive')" in message_of(
+        OptionError, eomgen.extend, scene, scene.links[0]
+    )
+
+
+def lagrangian() -> Equations:
+    """A falling mass."""
+    sympy = pytest.importorskip("sympy")
+    x, v, m, g = sympy.symbols("x v m g")
+    return eomgen.lagrangian(m * v**2 / 2, m * g * x, [x], {m: 2.0, g: 9.81}, v=[v])
+
+
+@pytest.mark.parametrize("method", ["lagrange", "matrix", "articulated", "yours"])
+def test_options_that_equations_have_settled(method: str) -> None:
+    """A method is refused that is neither theirs nor the default; and fold, where there are parameters."""
+    yours = method == "yours"
+    equations = lagrangian() if yours else eomgen.derive(eomgen.chain(1), method)
+    options: dict[str, Any] = {"backend": "numpy", "functions": ["energy"]}
+    assert "unknown method 'nonsense'" in message_of(OptionError, eomgen.compile, equations, "nonsense", **options)
+    text = message_of(UnsupportedError, eomgen.compile, equations, "recursive", **options)
+    assert f"method 'recursive' is not that of the equations, {equations.method!r}; leave it out" in text
+    text = message_of(UnsupportedError, eomgen.compile, equations, fold=True, **options)
+    advice = "write the numbers into the energies" if yours else "give fold to eomgen.derive"
+    assert f"fold=True comes too late for equations with {len(equations.p)} parameters; {advice}" in text
+    assert eomgen.compile(equations, **options).method == equations.method
+    assert eomgen.compile(equations, equations.method, **options).method == equations.method
+
+
+def test_equations_that_are_folded_already() -> None:
+    equations = eomgen.derive(eomgen.chain(1), fold=True)
+    assert len(eomgen.compile(equations, backend="numpy", functions=["energy"], fold=True).p) == 0
 
 
 # Singular states

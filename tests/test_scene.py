@@ -520,6 +520,13 @@ def test_bad_file(tmp_path: Path, text: str | bytes, words: str) -> None:
     assert "leg.toml: " in message
 
 
+@pytest.mark.parametrize("path", [None, 3, b"leg.toml", {"name": "leg"}])
+def test_no_path(path: Any) -> None:
+    with pytest.raises(SceneError) as refusal:
+        load_scene(path)
+    assert str(refusal.value) == f"{path!r} is no path; give the path of a scene file (TOML)"
+
+
 def test_unreadable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "no such file" in file_refusal(tmp_path / "none.toml")
     assert "is a directory" in file_refusal(tmp_path)

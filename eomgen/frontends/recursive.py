@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
-from eomgen.errors import OptionError
+from eomgen.errors import OptionError, shown
 from eomgen.frontends.mechanism import LinkSymbols, Mechanism, MechanismEquations
 from eomgen.ir.equations import Equations, Matrix, Vector, lazy
 from eomgen.ir.expr import Node
@@ -247,9 +247,11 @@ def extend(equations: Equations, link: AnyLink) -> RecursiveEquations:
         link: the new link; its parent is a link of the scene or the ground.
 
     Raises:
-        OptionError: the equations come from another method.
+        OptionError: what is given are no equations, or they come from another method.
         SceneError: the link does not fit the scene.
     """
+    if not isinstance(equations, Equations):
+        raise OptionError(f"{shown(equations)} are no equations; use eomgen.derive(scene, method='recursive')")
     if not isinstance(equations, RecursiveEquations):
         raise OptionError(f"method {equations.method!r} cannot be extended; derive with method 'recursive'")
     shorter = equations.mechanism
