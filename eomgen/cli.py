@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
@@ -66,8 +68,11 @@ def main(arguments: list[str] | None = None) -> int:
         return run([word for word in words if word != "--debug"])
     except EomgenError as error:
         if debug:
-            raise
-        print(f"eomgen: error: {error}", file=sys.stderr)
+            import traceback
+
+            traceback.print_exc()
+        else:
+            print(f"eomgen: error: {error}", file=sys.stderr)
         return error.exit_code
     except KeyboardInterrupt:
         print("eomgen: interrupted", file=sys.stderr)
@@ -255,7 +260,17 @@ def compile_(options: argparse.Namespace) -> int:
 def show(options: argparse.Namespace) -> int:
     """eomgen show"""
     from eomgen import report
+    from eomgen.errors import OptionError
 
+    if options.latex:
+        unused = {
+            "--functions": options.functions is not None,
+            "--solver": options.solver != "auto",
+            "--loops": options.loops is True,
+            "--no-loops": options.loops is False,
+        }
+        for name in filter(unused.get, unused):
+            raise OptionError(f"{name} says nothing to --latex, which shows mass matrix and bias; leave it out")
     scene, names = _scene(options), _names(options.functions)
     kind = "latex" if options.latex else "c" if options.c else "python" if options.python else "text"
     print(report.shown_equations(scene, options.method, names, kind, options.loops, options.solver))
@@ -265,12 +280,17 @@ def show(options: argparse.Namespace) -> int:
 def verify(options: argparse.Namespace) -> int:
     """eomgen verify"""
     from eomgen import report
+    from eomgen.certify import import_flint
     from eomgen.errors import CheckError, OptionError
     from eomgen.verification import verify as verify_scene
 
     for option in ("json", "functions", "dtypes"):
         if getattr(options, option) and not (options.certify or options.hard):
             raise OptionError(f"--{option} is for the certified errors; give --certify or --hard too")
+    if options.certify or options.hard:
+        import_flint()
+    if options.json:
+        _check_writable(options.json)
     if options.hard:
         if options.scene is not None or options.links is not None:
             raise OptionError("--hard has scenes of its own; give no scene file and no --links")
@@ -295,7 +315,7 @@ def certify(scene: Scene | None, options: argparse.Namespace) -> None:
 
     from eomgen import hard, report
     from eomgen.certify import as_rows, measure
-    from eomgen.errors import CheckError, OptionError, one_line
+    from eomgen.errors import CheckError
 
     cases = hard.cases() if scene is None else hard.cases_of(scene)
     found = measure(
@@ -307,17 +327,38 @@ def certify(scene: Scene | None, options: argparse.Namespace) -> None:
     )
     print(("" if scene is None else "\n") + report.certificates(found))
     if options.json:
-        try:
-            Path(options.json).write_text(
-                json.dumps(as_rows(found), indent=1, allow_nan=False) + "\n", encoding="utf-8"
-            )
-        except OSError as error:
-            raise OptionError(f"{one_line(options.json, 200)} cannot be written ({error.strerror})") from None
+        text = json.dumps(as_rows(found), indent=1, allow_nan=False) + "\n"
+        with _writing(options.json):
+            Path(options.json).write_text(text, encoding="utf-8")
     failed = [item for item in found if not item.passed]
     if failed:
         worst = max(failed, key=lambda item: item.scaled / item.bound)
         where = f"{worst.function} of {worst.method}/{worst.backend} in {worst.case!r}, {worst.dtype}"
         raise CheckError(f"{len(failed)} of {len(found)} certified errors are not explained, the worst: {where}")
+
+
+@contextmanager
+def _writing(file: str) -> Iterator[None]:
+    """Says in one line that a file cannot be written."""
+    from eomgen.errors import OptionError, one_line
+
+    try:
+        yield
+    except (OSError, ValueError) as error:  # ValueError: a null character in the path
+        reason = one_line(str(getattr(error, "strerror", None) or error))
+        raise OptionError(f"--json {one_line(file, 200)} cannot be written ({reason}); check the path") from None
+
+
+def _check_writable(file: str) -> None:
+    """Opens a file that is to be written later; what stands in it stays."""
+    import os
+    from pathlib import Path
+
+    with _writing(file):
+        new = not os.path.lexists(file)
+        Path(file).open("a").close()
+        if new:
+            Path(file).unlink()
 
 
 def bench(suite: str, arguments: list[str]) -> int:

@@ -238,6 +238,25 @@ def test_the_command_writes_its_figures(tmp_path: Path, capsys: pytest.CaptureFi
     assert "--hard has scenes of its own" in capsys.readouterr().err
 
 
+def test_a_file_that_cannot_be_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It is refused before anything is built; nothing is left of the attempt, and a file that stands there stays."""
+    monkeypatch.setattr("eomgen.verification.verify", None)
+    words = ["verify", "--links", "1", "--certify", "--json"]
+    for path, reason in {"none/x.json": "No such file or directory", ".": "Is a directory", "a\0b": "null"}.items():
+        assert main([*words, f"{tmp_path}/{path}"]) == 2
+        shown = capsys.readouterr()
+        assert (shown.out, shown.err.count("\n")) == ("", 1)
+        assert "cannot be written" in shown.err
+        assert reason in shown.err
+    (tmp_path / "old.json").write_text("mine")
+    for name in ("new.json", "old.json"):
+        assert main(["verify", "none.toml", "--certify", "--json", str(tmp_path / name)]) == 2
+        assert "no such file" in capsys.readouterr().err
+    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("old.json", "mine")]
+
+
 def test_the_catalogue_from_the_command_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -302,10 +302,15 @@ def test_show_as_latex(run: Command) -> None:
 
 
 def test_debug_shows_the_traceback(tmp_path: Path) -> None:
+    """And the exit code stays."""
     result = process("show", str(tmp_path / "none.toml"), "--debug")
-    assert result.code == 1
+    assert result.code == 2
     assert result.err.startswith("Traceback")
     assert "SceneError" in result.err
+    assert "eomgen: error:" not in result.err
+    result = process("compile", "--debug", *unique(), CC="/nonexistent")
+    assert result.code == 3
+    assert "BuildError" in result.err
 
 
 # Scene files
@@ -557,6 +562,16 @@ ARGUMENTS: dict[str, tuple[tuple[str, ...], str]] = {
     "option": (("compile", "--links", "1", "--methd", "matrix"), "unrecognized arguments: --methd"),
     "value missing": (("compile", "--links"), "expected one argument"),
     "two forms": (("show", "--links", "1", "--c", "--latex"), "not allowed with argument"),
+    "LaTeX of functions": (
+        ("show", "--links", "1", "--latex", "--functions", "energy"),
+        "--functions says nothing to --latex, which shows mass matrix and bias; leave it out",
+    ),
+    "LaTeX of a solver": (
+        ("show", "--links", "1", "--latex", "--solver", "nonsense"),
+        "--solver says nothing to --latex",
+    ),
+    "LaTeX of loops": (("show", "--links", "1", "--latex", "--loops"), "--loops says nothing to --latex"),
+    "LaTeX of no loops": (("show", "--links", "1", "--latex", "--no-loops"), "--no-loops says nothing to --latex"),
     "LaTeX of many": (("show", "--links", "9", "--latex"), "LaTeX of 18 coordinates would fill pages"),
 }
 
@@ -566,6 +581,14 @@ def test_arguments_refused(run: Command, name: str) -> None:
     arguments, words = ARGUMENTS[name]
     text = run.fails(*arguments)
     assert re.search(words, text), text
+
+
+@pytest.mark.parametrize("what", [("--links", "1", "--certify"), ("--hard",)])
+def test_certifying_without_flint(run: Command, monkeypatch: pytest.MonkeyPatch, what: tuple[str, ...]) -> None:
+    """It is missed before anything is built."""
+    monkeypatch.setitem(sys.modules, "flint", None)
+    monkeypatch.setattr("eomgen.verification.verify", None)
+    assert "certified errors need python-flint, which is not installed; pip install" in run.fails("verify", *what)
 
 
 @pytest.mark.parametrize(
