@@ -300,8 +300,20 @@ def _check_out(out: str | os.PathLike[str] | None, force: bool) -> Path | None:
 
 def _check_free(place: Path) -> None:
     """Refuses a folder whose module would take the name of another library's; one of ours makes way."""
-    if place.name in sys.modules and place.name not in {loaded.name for loaded in _LOADED}:
-        raise UnsupportedError(f"a module named {place.name!r} is already imported; write to a folder of another name")
+    name = place.name
+    advice = "write to a folder of another name"
+    if name in sys.stdlib_module_names:
+        raise UnsupportedError(f"a module named {name!r} is part of Python; {advice}")
+    if name in {loaded.name for loaded in _LOADED}:
+        return
+    if name in sys.modules:
+        raise UnsupportedError(f"a module named {name!r} is already imported; {advice}")
+    spec = importlib.util.find_spec(name)
+    if spec is None or not spec.has_location or spec.origin is None:  # None: a folder that is no package
+        return
+    found, here = Path(spec.origin).resolve(), place.parent.resolve()
+    if found.parent not in (here, here / name) and not _is_package_of_ours(found.parent):
+        raise UnsupportedError(f"a module named {name!r} exists already ({one_line(str(found), 200)}); {advice}")
 
 
 def _is_package_of_ours(path: Path) -> bool:

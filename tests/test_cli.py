@@ -820,10 +820,48 @@ def test_a_user_that_does_not_exist(run: Command) -> None:
     refused(run, "~no_such_user_here/package")
 
 
-def test_a_name_that_is_imported_already(run: Command, tmp_path: Path) -> None:
-    """It could not be loaded beside the module of that name, so nothing is written at all."""
-    assert "a module named 'json' is already imported" in refused(run, tmp_path / "json")
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("json", "a module named 'json' is part of Python"),
+        ("antigravity", "a module named 'antigravity' is part of Python"),  # not imported
+        ("numpy", "a module named 'numpy' is already imported"),
+    ],
+)
+def test_a_name_that_is_taken(run: Command, tmp_path: Path, name: str, words: str) -> None:
+    """It would hide a library, so nothing is written at all."""
+    text = refused(run, tmp_path / name)
+    assert words in text
+    assert "write to a folder of another name" in text
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture
+def importable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of libraries that nobody has imported."""
+    folder = tmp_path / "libraries"
+    (folder / "a_library").mkdir(parents=True)
+    (folder / "a_library" / "__init__.py").write_text("raise SystemExit('imported')\n")
+    (folder / "a_module.py").write_text("raise SystemExit('imported')\n")
+    (folder / "a_folder").mkdir()
+    monkeypatch.syspath_prepend(folder)
+    return folder
+
+
+@pytest.mark.parametrize("name", ["a_library", "a_module"])
+def test_a_name_that_can_be_imported(run: Command, tmp_path: Path, importable: Path, name: str) -> None:
+    text = refused(run, tmp_path / name)
+    assert f"a module named '{name}' exists already ({importable / name}" in text
+    assert not (tmp_path / name).exists()
+
+
+def test_names_that_hide_no_library(run: Command, tmp_path: Path, importable: Path) -> None:
+    """A folder that is no package, one of ours elsewhere on the path, and what stands beside the package."""
+    assert build(run, tmp_path / "a_folder").code == 0
+    for out in (importable / "ours", importable / "ours", tmp_path / "ours", importable / "a_module"):
+        result = process("compile", "--links", "1", "--backend", "numpy", "--functions", "energy", "--out", str(out),
+                         "--force", PYTHONPATH=f"{importable}{os.pathsep}{ROOT}")  # fmt: skip
+        assert (result.code, result.err) == (0, "")
 
 
 def test_a_parent_that_is_missing(run: Command, tmp_path: Path) -> None:
