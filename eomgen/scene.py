@@ -89,8 +89,7 @@ class Link(msgspec.Struct, frozen=True, kw_only=True, dict=True, forbid_unknown_
     def __post_init__(self) -> None:
         for key in _numeric(type(self)):
             value = getattr(self, key)
-            many = key in _ITEM and isinstance(value, (list, tuple))
-            force_setattr(self, key, tuple(map(_float, value)) if many else _float(value))
+            force_setattr(self, key, _floats(value) if key in _ITEM else _float(value))
 
     @property
     def model(self) -> str:
@@ -311,6 +310,16 @@ def _float(value: Any) -> Any:
     try:
         return float(value) + 0.0
     except OverflowError:  # an int too large for a float
+        return value
+
+
+def _floats(value: Any) -> Any:
+    """A sequence of numbers, an array for one, as a tuple of floats; the rest as it is, to be refused."""
+    if isinstance(value, (str, bytes, bytearray, Mapping)) or not hasattr(value, "__getitem__"):
+        return value
+    try:
+        return tuple(map(_float, value))
+    except TypeError:  # an array without axes
         return value
 
 

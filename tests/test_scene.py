@@ -1,5 +1,6 @@
 """Scenes: what they say of themselves, what they refuse and in which words, and the way to files and back."""
 
+import array
 import json
 import pickle
 import tomllib
@@ -154,10 +155,17 @@ def test_scenes_are_values() -> None:
     assert one.parameters is one.parameters
 
 
-def test_list_of_masses_becomes_a_tuple() -> None:
-    link = PointMasses(name="a", length=1, masses=[1, 2], fractions=[0, 1])  # type: ignore[arg-type]
+@pytest.mark.parametrize(
+    "masses",
+    [[1, 2], range(1, 3), array.array("f", [1, 2]), np.array([1, 2]), np.float32([1, 2]), np.array([2, 1])[::-1]],
+    ids=repr,
+)  # fmt: skip
+def test_a_sequence_of_masses_becomes_a_tuple(masses: Any) -> None:
+    link = PointMasses(name="a", length=1, masses=masses, fractions=np.linspace(0, 1, 2))  # type: ignore[arg-type]
     assert link.masses == (1.0, 2.0)
+    assert all(type(mass) is float for mass in link.masses)
     assert hash(Scene("leg", (link,)))
+    assert Scene.from_dict({"name": "leg", "links": [{**link.to_dict(), "masses": masses}]}) == Scene("leg", (link,))
 
 
 def test_every_key_is_known_to_the_writer() -> None:
@@ -286,6 +294,12 @@ BAD_LINKS = [
     ("joint-masses", {"fraction": "half"}, "fraction = 'half' is not a number"),
     ("point-masses", {"masses": 1.0}, "masses = 1.0 is not a list; it must be a list of numbers"),
     ("point-masses", {"masses": [[1.0], 2.0]}, "masses[0] = [1.0] is not a number"),
+    ("point-masses", {"masses": np.ones((2, 2))}, "masses[0] = array([1., 1.]) is not a number"),
+    ("point-masses", {"masses": np.array(1.0)}, "masses = array(1.) is not a list; it must be a list of numbers"),
+    ("point-masses", {"masses": np.array(["1", "2"])}, "masses[0] = '1' is not a number"),
+    ("point-masses", {"masses": {0: 1.0, 1: 2.0}}, "masses = {0: 1.0, 1: 2.0} is not a list"),
+    ("point-masses", {"masses": {1.0}}, "masses = {1.0} is not a list"),
+    ("point-masses", {"masses": b"ab"}, "masses = b'ab' is not a list"),
     ("point-masses", {"masses": [], "fractions": []}, "masses is empty"),
     ("point-masses", {"masses": [1.0]}, "masses has length 1 but fractions 2; every mass needs"),
     ("point-masses", {"fractions": [0.0, float("inf")]}, "fractions[1] = inf is not finite"),
