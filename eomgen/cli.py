@@ -174,7 +174,9 @@ def _scene_options(parser: argparse.ArgumentParser) -> None:
     chain.add_argument(
         "--model", metavar="NAME", help="rigid, elastic-rod, telescopic, joint-masses or point-masses (default)"
     )
-    chain.add_argument("--length", metavar="L", help="free (default), prescribed, or a fixed length in metres")
+    chain.add_argument(
+        "--length", metavar="L", help="free (default; not for rigid: 1 m), prescribed, or a fixed length in metres"
+    )
 
 
 def _method_option(parser: argparse.ArgumentParser) -> None:

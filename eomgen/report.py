@@ -117,8 +117,9 @@ def shown_equations(
 def _symbols(equations: Equations, scene: Scene) -> str:
     units = equations.symbols.units
     lines = [f"{scene.name}: {len(scene.links)} links, {len(equations.q)} coordinates, method {equations.method}"]
-    lines.append("M(q, w, p) a + h(q, v, w, p) = Q(u)")
     groups = {"q": equations.q, "u": equations.u, "w": [row[0] for row in equations.w], "p": equations.p}
+    others = [letter for letter in "wp" if groups[letter]]
+    lines.append(f"M({', '.join(['q', *others])}) a + h({', '.join(['q', 'v', *others])}) = Q(u)")
     for letter, nodes in groups.items():
         lines += [
             f"  {letter}[{i}]  {node.name}" + (f" ({units[node]})" if node in units else "")

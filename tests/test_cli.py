@@ -273,6 +273,19 @@ def test_show_as_text(run: Command, leg: str) -> None:
     assert "out[0] = " in result.out
 
 
+def test_show_names_the_arguments_that_there_are(run: Command) -> None:
+    assert run("show", "--links", "1").out.splitlines()[1] == "M(q, p) a + h(q, v, p) = Q(u)"
+
+
+def test_help_knows_the_length_of_rigid_links(run: Command) -> None:
+    out = " ".join(run("compile", "--help").out.split())
+    assert "free (default; not for rigid: 1 m), prescribed, or a fixed length" in out
+    assert (
+        run("show", "--links", "1", "--model", "rigid").out
+        == run("show", "--links", "1", "--model", "rigid", "--length", "1").out
+    )
+
+
 def test_show_is_for_some_functions(run: Command) -> None:
     out = run("show", "--links", "1", "--functions", "joints").out
     assert "joints (2)" in out
