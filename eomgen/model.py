@@ -23,6 +23,7 @@ class Model:
             same scene and options.
         dtypes: the types to build, among float64, float32 and longdouble.
         accuracy: the arithmetic between arguments and results: fast, standard or high.
+        available: names of the functions that the equations have, built or not.
     """
 
     name: str
@@ -33,3 +34,4 @@ class Model:
     facts: Mapping[str, Any]
     dtypes: tuple[str, ...] = ("float64",)
     accuracy: str = "standard"
+    available: tuple[str, ...] = ()

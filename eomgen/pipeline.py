@@ -226,6 +226,7 @@ def describe(
         facts={"scene": scene.to_dict() if scene else {}, "method": equations.method, "info": info, **facts_of_b},
         dtypes=dtypes,
         accuracy=accuracy,
+        available=tuple(functions.available(equations)),
     )
 
 

@@ -612,6 +612,34 @@ def test_threads(module: ModuleType) -> None:
 
 
 @BOTH
+@pytest.mark.parametrize("fold", [False, True])
+def test_what_was_not_built(backend: str, fold: bool) -> None:
+    """It says so and what to do; what there cannot be is unknown."""
+    names = ["forward_dynamics"]
+    module = eomgen.compile(CASES["rigid_2"], backend=backend, functions=names, fold=fold)
+    for name in ("inverse_dynamics", "mass_matrix", "bias", "energy", "joints"):
+        text = message_of(AttributeError, getattr, module, name)
+        assert text == f"{name} was not built into {module.__name__!r}; compile with functions=[..., {name!r}]"
+    assert "compile with functions=[..., 'mass_matrix']" in message_of(AttributeError, getattr, module, "condition")
+    unknown = ["prescribed_forces", "energie", "w", *(["parameter_jacobian"] if fold else [])]
+    for name in unknown:  # nothing is prescribed; a folded module has no parameters
+        text = message_of(AttributeError, getattr, module, name)
+        assert text == f"module {module.__name__!r} has no attribute {name!r}"
+    walker = eomgen.compile(eomgen.walker(), backend="numpy", functions=["energy"])
+    assert "functions=[..., 'prescribed_forces']" in message_of(AttributeError, getattr, walker, "prescribed_forces")
+    assert "functions=[..., 'forward_dynamics']" in message_of(AttributeError, getattr, walker, "rollout")
+
+
+def test_what_was_not_built_of_a_system() -> None:
+    """There is no scene to build derivatives of when they are asked for."""
+    module = eomgen.compile(lagrangian(), backend="numpy", functions=["energy"])
+    for name in ("forward_dynamics", "jacobian", "parameter_jacobian"):
+        assert f"compile with functions=[..., '{name}']" in message_of(AttributeError, getattr, module, name)
+    for name in ("joints", "regressor", "b", "prescribed_forces"):
+        assert "has no attribute" in message_of(AttributeError, getattr, module, name)
+
+
+@BOTH
 def test_package_on_its_own(backend: str, tmp_path: Path) -> None:
     """A written package imports with NumPy alone: where eomgen cannot be imported, with nothing else on the path."""
     path = sys.path.copy()
@@ -626,6 +654,10 @@ import json, sys
 sys.modules["eomgen"] = None  # "import eomgen" fails
 sys.path.insert(0, {str(tmp_path)!r})
 import {name} as leg, numpy
+try:
+    leg.bias
+except AttributeError as error:
+    assert str(error) == "bias was not built into '{name}'; compile with functions=[..., 'bias']", error
 q, v, u = map(numpy.array, json.loads(sys.argv[1]))
 foreign = [m for m in sys.modules if m.split(".")[0] in ("eomgen", "msgspec", "Cython", "sympy", "mpmath")]
 assert foreign == ["eomgen"], foreign

@@ -147,11 +147,13 @@ def test_without_springs(method: str) -> None:
 
 
 def emitted(scene: Scene, backend: str, functions: list[str] | None) -> str:
-    """All text that a back end writes for a scene."""
+    """All text that a back end writes for a scene, but for the words that name what was not built."""
     equations = eomgen.derive(scene)
     built = pipeline.programs(equations, functions)
     model = pipeline.describe(equations, built, ("float64",), {})
-    return "\n".join(backends.BACKENDS[backend].emit(model).values())
+    files = backends.BACKENDS[backend].emit(model)
+    files["__init__.py"] = files["__init__.py"].partition("def __getattr__(")[0]
+    return "\n".join(files.values())
 
 
 @pytest.mark.parametrize("backend", backends.BACKENDS)

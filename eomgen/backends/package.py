@@ -8,7 +8,9 @@ from pathlib import Path
 from eomgen.ir.program import Program, dimensions
 from eomgen.model import Model
 
-ON_REQUEST = ("jacobian", "parameter_jacobian", "regressor", "b", "b_names")
+ON_REQUEST = ("jacobian", "parameter_jacobian", "regressor")
+# Names that come with a function: name -> function.
+BELONGS_TO = {"rollout": "forward_dynamics", "condition": "mass_matrix", "b": "regressor", "b_names": "regressor"}
 ROLLOUT = Path(__file__).parent / "_rollout.py"
 CONDITION = Path(__file__).parent / "_condition.py"
 
@@ -55,18 +57,22 @@ backend = {backend!r}
 {facts}
 
 def __getattr__(name):
-    """Functions that are built when they are first asked for; this needs eomgen."""
-    if name not in {on_request!r}:
+    """What was not built: built now if it is made on request, which needs eomgen, or refused."""
+    function = {belongs_to!r}.get(name, name)
+    if function not in {absent!r}:
         raise AttributeError(f"module {{__name__!r}} has no attribute {{name!r}}")
-    try:
-        from eomgen.pipeline import on_request
-    except ImportError:
-        raise AttributeError(
-            f"{{name}} was not built into {{__name__!r}} and eomgen is not installed to build it; "
-            f"compile with functions=[..., {{name!r}}]"
-        ) from None
-    globals()[name] = value = on_request(sys.modules[__name__], name)
-    return value
+    reason = ""
+    if function in {on_request!r}:
+        try:
+            from eomgen.pipeline import on_request
+        except ImportError:
+            reason = " and eomgen is not installed to build it"
+        else:
+            globals()[name] = value = on_request(sys.modules[__name__], name)
+            return value
+    raise AttributeError(
+        f"{{name}} was not built into {{__name__!r}}{{reason}}; compile with functions=[..., {{function!r}}]"
+    )
 
 
 class _Model(types.ModuleType):
@@ -95,13 +101,12 @@ def init_source(model: Model, backend: str, kernel: str) -> str:
     facts = "".join(
         f"{name} = {pprint.pformat(value, width=110, sort_dicts=False)}\n" for name, value in model.facts.items()
     )
-    present = {*functions, *model.names, *model.facts}
-    on_request = tuple(name for name in ON_REQUEST if name not in present)
-    if not model.facts["scene"]:
-        on_request = ()
-    elif not model.p:
-        on_request = tuple(name for name in on_request if name != "parameter_jacobian")
+    absent = tuple(name for name in model.available if name not in functions)
+    # Only a scene can be compiled again.
+    on_request = tuple(name for name in absent if name in ON_REQUEST) if model.facts["scene"] else ()
     return INIT.format(
+        belongs_to=BELONGS_TO,
+        absent=absent,
         on_request=on_request,
         title=model.title,
         legend=legend(model, ""),
