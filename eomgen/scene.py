@@ -73,7 +73,19 @@ _ITEM = {"masses": "mass", "fractions": "fraction"}  # masses -> mass1, mass2, .
 
 
 class Link(msgspec.Struct, frozen=True, kw_only=True, dict=True, forbid_unknown_fields=True, tag_field="model"):
-    """What every link model has in common; a scene takes the models below only."""
+    """What every link model has in common; a scene takes the models below only.
+
+    A link goes from A to B; its angle is absolute. Positions on it are counted from A.
+
+    Attributes:
+        name: an identifier, unique in the scene.
+        parent: an earlier link, whose far end carries this one, or "ground", the origin.
+        hangs: whether B is what is attached to the parent, and A the free end.
+        length: the coordinate s of the model: "free" (a coordinate), "prescribed" (an argument) or fixed (m).
+        stiffness, rest_length, damping: of a spring (N/m, slack at m) and a damper (N s/m) along a length not fixed.
+        joint_stiffness, joint_rest_angle, joint_damping: of a spring (N m/rad, slack at rad) and a damper (N m s/rad)
+            between the parent, or the ground, and the link.
+    """
 
     name: str
     parent: str = "ground"
@@ -130,7 +142,15 @@ class Link(msgspec.Struct, frozen=True, kw_only=True, dict=True, forbid_unknown_
 
 
 class Rigid(Link, frozen=True, kw_only=True, tag="rigid"):
-    """A rigid rod; `center` is measured from its end A (the free end of a hanging link), `inertia` is central."""
+    """A rigid rod from A to B.
+
+    Attributes:
+        mass: kg.
+        length: m, positive; always fixed.
+        center: where the centre of mass is, from A (the free end of a hanging link), m; None is the middle.
+        inertia: about the centre of mass, kg m^2; None is that of a uniform rod.
+        name, parent, hangs, joint_stiffness, joint_rest_angle, joint_damping: of every link, see `eomgen.scene.Link`.
+    """
 
     mass: float
     length: float
@@ -139,7 +159,16 @@ class Rigid(Link, frozen=True, kw_only=True, tag="rigid"):
 
 
 class ElasticRod(Link, frozen=True, kw_only=True, tag="elastic-rod"):
-    """A massless stretch of variable length, then a rigid rod; `inertia` is about the rod's near end."""
+    """A massless stretch of length s from A, then a uniform rigid rod that ends in B.
+
+    Source: model 1a of Borisov and Rozenblat (2017).
+
+    Attributes:
+        mass: of the rod, kg.
+        rod_length: m.
+        inertia: about the rod's near end, at least mass rod_length^2/4, kg m^2; None is that of a uniform rod.
+        name, parent, hangs, length, springs and dampers: of every link, see `eomgen.scene.Link`.
+    """
 
     mass: float
     rod_length: float
@@ -147,7 +176,18 @@ class ElasticRod(Link, frozen=True, kw_only=True, tag="elastic-rod"):
 
 
 class Telescopic(Link, frozen=True, kw_only=True, tag="telescopic"):
-    """A rod and a housing that slides along it; `rod_inertia` is central, `housing_inertia` about its end."""
+    """A uniform rod fixed at A, and a uniform housing that slides along it, from s to B.
+
+    Source: model 1b of Borisov and Rozenblat (2017).
+
+    Attributes:
+        rod_mass, housing_mass: kg.
+        rod_length, housing_length: m.
+        rod_inertia: about the rod's centre, kg m^2; None is that of a uniform rod.
+        housing_inertia: about the housing's near end, at least housing_mass housing_length^2/4, kg m^2; None is that of
+            a uniform rod.
+        name, parent, hangs, length, springs and dampers: of every link, see `eomgen.scene.Link`.
+    """
 
     rod_mass: float
     rod_length: float
@@ -158,14 +198,30 @@ class Telescopic(Link, frozen=True, kw_only=True, tag="telescopic"):
 
 
 class JointMasses(Link, frozen=True, kw_only=True, tag="joint-masses"):
-    """Three masses on a massless rod: at the joint, at `fraction` of the length, at the far end."""
+    """Three masses on a massless rod of length s.
+
+    Source: model 1c of Borisov and Rozenblat (2017).
+
+    Attributes:
+        masses: three: at A, between, at B, kg.
+        fraction: where the second is, as a part of the length from A.
+        name, parent, hangs, length, springs and dampers: of every link, see `eomgen.scene.Link`.
+    """
 
     masses: tuple[float, ...]
     fraction: float
 
 
 class PointMasses(Link, frozen=True, kw_only=True, tag="point-masses"):
-    """Masses on a massless rod, each at a fraction of its length."""
+    """Any number of masses on a massless rod of length s.
+
+    Source: model 1d of Borisov and Rozenblat (2017).
+
+    Attributes:
+        masses: kg.
+        fractions: where each is, as a part of the length from A.
+        name, parent, hangs, length, springs and dampers: of every link, see `eomgen.scene.Link`.
+    """
 
     masses: tuple[float, ...]
     fractions: tuple[float, ...]
@@ -182,7 +238,13 @@ LINK_TYPES: dict[str, type[AnyLink]] = {
 
 
 class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True, dict=True):
-    """A valid mechanism: a tree (or several) of links on the ground, and gravity along -y in m/s^2."""
+    """A valid mechanism: a tree (or several) of links on the ground.
+
+    Attributes:
+        name: an identifier; names the compiled package.
+        links: parents before their children.
+        gravity: along -y, m/s^2.
+    """
 
     name: str
     links: tuple[AnyLink, ...]

@@ -400,6 +400,11 @@ def test_what_is_no_scene(call: Callable[[Any], Any], given: Any) -> None:
     assert "use eomgen.load_scene(path) for a file, eomgen.Scene.from_dict(table) for a dictionary" in text
 
 
+def test_compile_documents_what_it_raises() -> None:
+    for error in ("OptionError", "UnsupportedError", "SingularError", "BuildError"):
+        assert f"        {error}: " in (eomgen.compile.__doc__ or "")
+
+
 def test_what_is_no_equations() -> None:
     scene = eomgen.chain(1)
     assert "are no equations; use eomgen.derive(scene, method='recursive')" in message_of(

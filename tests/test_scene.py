@@ -3,6 +3,7 @@
 import array
 import json
 import pickle
+import re
 import tomllib
 from fractions import Fraction
 from pathlib import Path
@@ -18,6 +19,8 @@ from eomgen.catalog import chain
 from eomgen.errors import BuildError, CheckError, EomgenError, SceneError, listed, one_line, shown, unknown
 from eomgen.scene import (
     LINK_TYPES,
+    QUANTITIES,
+    SPRINGS,
     ElasticRod,
     JointMasses,
     Link,
@@ -166,6 +169,22 @@ def test_a_sequence_of_masses_becomes_a_tuple(masses: Any) -> None:
     assert all(type(mass) is float for mass in link.masses)
     assert hash(Scene("leg", (link,)))
     assert Scene.from_dict({"name": "leg", "links": [{**link.to_dict(), "masses": masses}]}) == Scene("leg", (link,))
+
+
+@pytest.mark.parametrize("struct", [*LINK_TYPES.values(), Scene], ids=lambda struct: struct.__name__)
+def test_docstrings_tell_keys_and_units(struct: Any) -> None:
+    """Those of a model's own; what every link has stands in `Link`."""
+    keys = struct.__struct_fields__ if struct is Scene else [*struct.__annotations__, "name", "parent", "hangs"]
+    told = struct.__doc__ + (Link.__doc__ or "")
+    for key in keys:
+        assert re.search(rf"^        .*\b{key}\b.*: ", struct.__doc__, re.MULTILINE), key
+        unit = QUANTITIES[key].unit if key in QUANTITIES else "1"
+        assert unit == "1" or re.search(rf"\b{re.escape(unit)}\b", struct.__doc__), key
+    for key in SPRINGS if struct is not Scene else ():
+        assert re.search(rf"\b{key}\b", told)
+        assert QUANTITIES[key].unit in told
+    if struct not in (Scene, Rigid):
+        assert re.search(r"Source: model 1[a-d] of Borisov and Rozenblat \(2017\)", struct.__doc__)
 
 
 def test_every_key_is_known_to_the_writer() -> None:
