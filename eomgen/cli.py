@@ -6,6 +6,7 @@ Nothing heavy is imported before it is needed, so `--help` answers at once.
 from __future__ import annotations
 
 import argparse
+import io
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -62,6 +63,8 @@ def main(arguments: list[str] | None = None) -> int:
     """Runs the command line and returns the exit code; every error a user can cause is one line."""
     words = sys.argv[1:] if arguments is None else arguments
     debug = "--debug" in words
+    if isinstance(sys.stdout, io.TextIOWrapper):  # a path may have letters that the terminal does not
+        sys.stdout.reconfigure(errors="backslashreplace")
     from eomgen.errors import EomgenError
 
     try:
@@ -72,7 +75,8 @@ def main(arguments: list[str] | None = None) -> int:
 
             traceback.print_exc()
         else:
-            print(f"eomgen: error: {error}", file=sys.stderr)
+            over = "\r\x1b[K" if sys.stderr.isatty() else ""  # what was being done
+            print(f"{over}eomgen: error: {error}", file=sys.stderr)
         return error.exit_code
     except KeyboardInterrupt:
         print("eomgen: interrupted", file=sys.stderr)

@@ -22,8 +22,17 @@ from eomgen.verification import Verification
 
 def progress(text: str) -> None:
     """Shows what is being done on a terminal; the line is overwritten by the next."""
+    _status(f"{text} ...")
+
+
+def clear() -> None:
+    """Takes that away."""
+    _status("")
+
+
+def _status(text: str) -> None:
     if sys.stderr.isatty():
-        sys.stderr.write(f"\r\x1b[K{text} ..." if text != "load" else "\r\x1b[K")
+        sys.stderr.write(f"\r\x1b[K{text}")
         sys.stderr.flush()
 
 
@@ -43,6 +52,7 @@ def table(rows: Sequence[Sequence[str]], header: Sequence[str]) -> str:
 
 def compiled(module: ModuleType, in_cache: bool) -> str:
     """Where a module is, what it offers, how long it took, and three lines that run."""
+    clear()
     info, folder = module.info, os.path.dirname(module.__file__ or "")
     rows = [
         [
@@ -180,7 +190,7 @@ def latex(equations: Equations) -> str:
 
 def verification(result: Verification) -> str:
     """The tables of `eomgen verify`."""
-    progress("load")
+    clear()
     methods = list(result.programs)
     rows = [
         [quantity, *("identical" if same else "DIFFERENT" for same in row.values())]
@@ -209,7 +219,7 @@ def verification(result: Verification) -> str:
 
 def certificates(found: Sequence[Certificate]) -> str:
     """For each type a table of forward dynamics by case, and one of the other functions in their worst cases."""
-    progress("load")
+    clear()
     parts = []
     for dtype in dict.fromkeys(item.dtype for item in found):
         items = [item for item in found if item.dtype == dtype]

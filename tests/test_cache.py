@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 
 import eomgen
-from eomgen import pipeline
+from eomgen import delivery, pipeline
 from eomgen.backends import c, cache
 from eomgen.catalog import chain
 from eomgen.errors import BuildError
@@ -69,7 +69,7 @@ def key(fresh: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., str]:
         return module
 
     monkeypatch.setattr(c, "build", lambda folder, model, portable: None)
-    monkeypatch.setattr(pipeline, "_import_cached", imported)
+    monkeypatch.setattr(delivery, "import_cached", imported)
 
     def get(scene: Scene | None = None, **options: Any) -> str:
         pipeline.compile(scene or chain(1), **{**SMALL, **options})
@@ -298,6 +298,17 @@ def test_a_compiler_that_writes_nothing_is_one_line(fresh: Path, monkeypatch: py
     monkeypatch.setenv("CC", "true")
     with pytest.raises(BuildError, match=r"'true' ended well but wrote no \w+\.o; set CC to a C compiler"):
         eomgen.compile(chain(1), functions=["energy"])
+
+
+def test_a_module_that_was_damaged_is_one_line(fresh: Path) -> None:
+    """By a full disk, say, after it was published."""
+    scene = Scene.from_dict({"name": "damaged", "links": [{"name": "rod", "model": "rigid", "mass": 1, "length": 1}]})
+    module = eomgen.compile(scene, backend="numpy", functions=["energy"])
+    for loaded in [key for key in sys.modules if key.startswith(module.__name__)]:
+        del sys.modules[loaded]
+    (Path(str(module.__file__)).parent / "_kernel.py").write_text("def half(")
+    with pytest.raises(BuildError, match=r"damaged_\w+ cannot be imported \(.*\); delete it to build it anew"):
+        eomgen.compile(scene, backend="numpy", functions=["energy"])
 
 
 def test_a_killed_build_does_no_harm(fresh: Path, tmp_path: Path) -> None:

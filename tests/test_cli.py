@@ -257,8 +257,15 @@ def test_progress_is_for_terminals(capsys: pytest.CaptureFixture[str], monkeypat
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     report.progress("derive")
     assert "derive ..." in capsys.readouterr().err
-    report.progress("load")
-    assert "load" not in capsys.readouterr().err
+    report.clear()
+    assert capsys.readouterr().err == "\r\x1b[K"
+
+
+def test_a_path_that_the_terminal_cannot_show(tmp_path: Path) -> None:
+    options = ("--links", "1", "--functions", "energy", "--backend", "numpy")
+    result = process("compile", *options, PYTHONIOENCODING="ascii", EOMGEN_CACHE=str(tmp_path / "caché"))
+    assert result.code == 0
+    assert r"cach\xe9" in result.out
 
 
 def test_show_as_text(run: Command, leg: str) -> None:

@@ -14,12 +14,21 @@ METHODS: dict[str, Callable[[Mechanism], MechanismEquations]] = {
 }
 
 
+def check_method(method: str) -> None:
+    """Refuses a name that is no method's.
+
+    Raises:
+        OptionError: there is no such method.
+    """
+    if not isinstance(method, str) or method not in METHODS:
+        raise OptionError(unknown("method", method, METHODS))
+
+
 def derive(mechanism: Mechanism, method: str) -> MechanismEquations:
     """The equations of a scene by the method of this name.
 
     Raises:
         OptionError: there is no such method.
     """
-    if method not in METHODS:
-        raise OptionError(unknown("method", method, METHODS))
+    check_method(method)
     return METHODS[method](mechanism)
