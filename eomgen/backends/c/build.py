@@ -31,6 +31,7 @@ MANY_TURNS = 100  # loops that take turns
 LOG = "build.log"
 PARTS = ("-DEOM_PART=1", "-DEOM_PART=2")  # <name>.c: scalars with all else, vectors; eomgen_batch.c: double, the rest
 BATCH = ("batch1.o", "batch2.o")
+BATCH_LEVEL = ("-O1", "-fcaller-saves")  # as fast as -O2, in two thirds of its time
 
 
 @dataclass(frozen=True)
@@ -142,7 +143,7 @@ def build(folder: Path, name: str, level: str, tools: Toolchain) -> None:
     kernels = ("kernel1.o", "kernel2.o")
     with ThreadPoolExecutor(3) as pool:
         wrapper = pool.submit(_wrapper, tools)
-        for part in _parts(pool, folder, tools, f"csrc/{name}.c", kernels, (level, level)):
+        for part in _parts(pool, folder, tools, f"csrc/{name}.c", kernels, (level,)):
             part.result()
         objects = wrapper.result()
     suffix = sysconfig.get_config_var("EXT_SUFFIX")
@@ -165,7 +166,7 @@ def _wrapper(tools: Toolchain) -> Path:
     def make(folder: Path) -> None:
         cache.write(folder, files)
         with ThreadPoolExecutor(2) as pool:
-            compiling = _parts(pool, folder, tools, "eomgen_batch.c", BATCH, ("-O2", "-O1"))
+            compiling = _parts(pool, folder, tools, "eomgen_batch.c", BATCH, BATCH_LEVEL)
             _run(folder, [sys.executable, "-m", "cython", "-3", "_kernel.pyx", "-o", "_kernel.c"])
             _compile(folder, tools, "_kernel.c", "_kernel.o", "-O1", *include)
             for part in compiling:
@@ -175,11 +176,11 @@ def _wrapper(tools: Toolchain) -> Path:
 
 
 def _parts(
-    pool: Executor, folder: Path, tools: Toolchain, source: str, made: Sequence[str], levels: Sequence[str]
+    pool: Executor, folder: Path, tools: Toolchain, source: str, made: Sequence[str], level: Sequence[str]
 ) -> list[Future[None]]:
     """Compiles the parts of a C file side by side."""
-    each = zip(made, levels, PARTS, strict=True)
-    return [pool.submit(_compile, folder, tools, source, *options) for options in each]
+    each = zip(made, PARTS, strict=True)
+    return [pool.submit(_compile, folder, tools, source, name, part, *level) for name, part in each]
 
 
 def _compile(folder: Path, tools: Toolchain, source: str, made: str, *options: str) -> None:
