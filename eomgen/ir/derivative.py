@@ -81,15 +81,23 @@ class Tape:
 
     def reverse(self, wrt: Sequence[Node]) -> tuple[Node, ...]:
         """The gradient of the sum of the outputs with respect to the given nodes."""
+        depends = set(wrt)  # on them; nothing else needs an adjoint
+        for node in self.nodes:
+            if not depends.isdisjoint(node.args):
+                depends.add(node)
         adjoints: dict[Node, Node] = {}
         for output in self.outputs:
             adjoints[output] = adjoints[output] + 1 if output in adjoints else output.graph.one
         for node in reversed(self.nodes):
-            adjoint = adjoints.get(node)
-            if adjoint is None:
+            if node not in depends or node not in adjoints:
                 continue
-            for arg, slope in zip(node.args, partials(node), strict=True):
-                if arg.op != "constant":
-                    share = adjoint * slope
+            adjoint, args, op = adjoints[node], node.args, node.op
+            if op == "mul":
+                slopes: Sequence[Node | None] = args[::-1]
+            else:
+                slopes = (None, None) if op == "add" else partials(node)
+            for arg, slope in zip(args, slopes, strict=True):
+                if arg in depends:
+                    share = adjoint if slope is None else adjoint * slope
                     adjoints[arg] = adjoints[arg] + share if arg in adjoints else share
         return tuple(adjoints.get(node, node.graph.zero) for node in wrt)
