@@ -254,6 +254,18 @@ def _log_norm(matrix: Any) -> float:
     return float(largest.log()) + math.log(float(np.linalg.norm(scaled, 2)))
 
 
+def check_options(names: Sequence[str] | None, dtypes: Sequence[str] | None) -> None:
+    """Refuses what is no function and no number type, before any work.
+
+    Raises:
+        OptionError: there is none of that name.
+    """
+    for what, given, known in (("function", names, functions.FUNCTIONS), ("dtype", dtypes, pipeline.DTYPES)):
+        for name in given or ():
+            if name not in known:
+                raise OptionError(unknown(what, name, known))
+
+
 def measure(
     cases: Sequence[Case],
     methods: Sequence[str] | None = None,

@@ -286,7 +286,7 @@ def show(options: argparse.Namespace) -> int:
 def verify(options: argparse.Namespace) -> int:
     """eomgen verify"""
     from eomgen import report
-    from eomgen.certify import import_flint
+    from eomgen.certify import check_options, import_flint
     from eomgen.errors import CheckError, OptionError
     from eomgen.verification import verify as verify_scene
 
@@ -295,6 +295,7 @@ def verify(options: argparse.Namespace) -> int:
             raise OptionError(f"--{option} is for the certified errors; give --certify or --hard too")
     if options.certify or options.hard:
         import_flint()
+        check_options(_names(options.functions), _names(options.dtypes))
     if options.json:
         _check_writable(options.json)
     if options.hard:

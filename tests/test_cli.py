@@ -611,6 +611,16 @@ def test_certifying_without_flint(run: Command, monkeypatch: pytest.MonkeyPatch,
     assert "certified errors need python-flint, which is not installed; pip install" in run.fails("verify", *what)
 
 
+@pytest.mark.parametrize("option", [("--functions", "energies"), ("--dtypes", "float16")])
+def test_certifying_what_there_is_not(run: Command, monkeypatch: pytest.MonkeyPatch, option: tuple[str, str]) -> None:
+    """It is refused before anything is built."""
+    pytest.importorskip("flint")
+    monkeypatch.setattr("eomgen.verification.verify", None)
+    assert f"unknown {option[0][2:-1]} '{option[1]}'; allowed: " in run.fails(
+        "verify", "--links", "1", "--certify", *option
+    )
+
+
 @pytest.mark.parametrize(
     "arguments",
     [

@@ -603,6 +603,15 @@ sys.stdout.write(function([1.0, 1.0], [0.0, 0.0], [0.0, 0.0], other.p).tobytes()
     assert printed == model.forward_dynamics([1.0, 1.0], [0.0, 0.0], [0.0, 0.0], model.p).tobytes().hex()
 
 
+@pytest.mark.skipif(not hasattr(np.add, "__dict__"), reason="ufuncs of this NumPy do not know their module")
+def test_pickling_a_function_builds_none() -> None:
+    """Other models are not asked for a function of its name, which they would compile."""
+    without, model = (eomgen.compile(eomgen.chain(1), method, functions=[name]) for method, name in
+                      (("matrix", "energy"), ("lagrange", "jacobian")))  # fmt: skip
+    assert pickle.loads(pickle.dumps(model.jacobian)) is model.jacobian
+    assert "jacobian" not in vars(without)
+
+
 def test_threads(module: ModuleType) -> None:
     """Many calls at a time, of one state and of many, each right."""
     batches = [random_state(module, seed, (size,)) for seed, size in enumerate([1, 400, 3, 1000, 17, 64] * 4)]

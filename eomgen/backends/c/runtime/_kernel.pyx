@@ -92,6 +92,10 @@ cdef object register(const eom_function *f, const char *name, const char *doc, c
     for i in range(nin, operands):
         (<PyUFuncObject *>made).op_flags[i] = (NPY_ITER_WRITEONLY | NPY_ITER_UPDATEIFCOPY | NPY_ITER_ALIGNED |
                                                NPY_ITER_ALLOCATE | NPY_ITER_NO_BROADCAST | NPY_ITER_NO_SUBTYPE)
+    try:
+        made.__module__ = __name__  # where pickle finds it; before NumPy 2.2 it has to look through all modules
+    except AttributeError:
+        pass
     return made
 
 
