@@ -148,12 +148,16 @@ def test_layouts(links: int, layout: str, build: Callable[..., ModuleType]) -> N
         assert same(call(module, name, one), expected[3]), name
 
 
-@pytest.mark.parametrize("case", [2, 5, 8, 10, 11, "point_masses_4_mixed"])
+@pytest.mark.parametrize(
+    "case",
+    [*itertools.product((2, 5, 8, 10, 11), ("native",)), *itertools.product((5, 10), ("avx2", "portable")), None],
+)
 def test_each_argument_in_a_layout_of_its_own(
-    case: int | str, build: Callable[..., ModuleType], compiled: Compiled
+    case: tuple[int, str] | None, build: Callable[..., ModuleType], compiled: Compiled
 ) -> None:
     """Rows, rows with gaps and what is no row side by side; with lengths over time there is a fourth array."""
-    module = build(case) if isinstance(case, int) else compiled(case, "matrix", "c", functions=("forward_dynamics",))
+    driven = "point_masses_4_mixed"
+    module = build(*case) if case else compiled(driven, "matrix", "c", functions=("forward_dynamics",))
     states = random_state(module, 7, (37,))
     expected = singles(module, "forward_dynamics", states)
     for layouts in itertools.product(("rows", "by columns", "padded rows", "every second state"), repeat=4):
