@@ -280,9 +280,10 @@ def measure(
 
     Args:
         cases: the cases; those whose scenes have one name share modules.
-        methods: of `FORMS`; default all. Scenes of more than `MOST_LINKS` links are measured as loops only.
+        methods: of `FORMS`; default all. Scenes of more than `MOST_LINKS` links are measured as loops only, and their
+            forward dynamics only.
         backends: "c", "numpy" or both.
-        names: functions, default all that a module has by itself (of long scenes forward dynamics).
+        names: functions, default all that a module has by itself.
         dtypes: number types.
         progress: told what is being done.
 
@@ -299,7 +300,9 @@ def measure(
         tell(f"exact values of {scene.name}")
         exact = Exact(scene)
         long = len(scene.links) > MOST_LINKS
-        chosen = functions.select(exact.equations, ["forward_dynamics"] if long and names is None else names)
+        chosen = functions.select(exact.equations, names)
+        if long:
+            chosen = [name for name in chosen if name == "forward_dynamics"]
         modules: dict[tuple[str, str], ModuleType] = {}
         written = {"articulated": exact}
         for method in ["articulated loops"] if long else methods or FORMS:

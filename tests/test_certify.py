@@ -83,6 +83,18 @@ def test_no_result_is_right_in_singular_states_only(function: str, condition: fl
     assert nothing.passed == passed
 
 
+@pytest.mark.parametrize("names", [None, ["forward_dynamics", "jacobian"], ["jacobian"]])
+def test_long_scenes_have_their_forward_dynamics_certified(
+    names: list[str] | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Only that, by loops only: the exact Jacobian of a thousand links would take all memory."""
+    monkeypatch.setattr(certify, "MOST_LINKS", 1)
+    scene = eomgen.chain(2, "rigid")
+    found = certify.measure([hard.Case("long", scene, hard.random_state(scene), "")], backends=["numpy"], names=names)
+    expected = {("articulated loops", "forward_dynamics")} if names != ["jacobian"] else set()
+    assert {(item.method, item.function) for item in found} == expected
+
+
 def test_a_singular_state_has_no_certificate() -> None:
     equations = eomgen.derive(eomgen.chain(1))
     given = dict.fromkeys(equations.symbols.slots, 0.0)
