@@ -276,7 +276,7 @@ def measure(
 ) -> list[Certificate]:
     """The certified errors of compiled functions in some cases.
 
-    The numbers of a case are rounded to each type first; a case that leaves the type's range is left out for it.
+    The numbers of a case are rounded to each type first; what leaves the type's range is left out for it.
 
     Args:
         cases: the cases; those whose scenes have one name share modules.
@@ -336,7 +336,7 @@ def _measure(
     modules: Mapping[tuple[str, str], ModuleType],
     chosen: Sequence[str],
 ) -> list[Certificate]:
-    """The certificates of one case in one type, none if it leaves the type's range."""
+    """The certificates of one case in one type, none where arguments or exact results leave the type's range."""
     with np.errstate(over="ignore"):
         values = {letter: np.asarray(value, dtype) for letter, value in case.values.items()}
     least = np.finfo(dtype).tiny
@@ -356,6 +356,9 @@ def _measure(
     for name in chosen:
         singular = name in SOLVED and conditions[1] == math.inf
         balls = [] if singular else exact.values(name, values)
+        largest = _ball(np.finfo(dtype).max)  # type: ignore[arg-type]
+        if math.isfinite(conditions[0]) and any(abs(ball) > largest for ball in balls):
+            continue  # no number of the type is right
         condition = exact.condition(name, values) if not singular and len(exact.links) <= MOST_LINKS else 0.0
         arguments = [values[array.name] for array in _inputs(exact, name)]
         for (method, backend), module in modules.items():
