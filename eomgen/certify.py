@@ -260,10 +260,11 @@ def check_options(names: Sequence[str] | None, dtypes: Sequence[str] | None) -> 
     Raises:
         OptionError: there is none of that name.
     """
-    for what, given, known in (("function", names, functions.FUNCTIONS), ("dtype", dtypes, pipeline.DTYPES)):
-        for name in given or ():
-            if name not in known:
-                raise OptionError(unknown(what, name, known))
+    for name in names or ():
+        if name not in functions.FUNCTIONS:
+            raise OptionError(unknown("function", name, functions.FUNCTIONS))
+    if dtypes:
+        pipeline.check_dtypes(dtypes)
 
 
 def measure(
@@ -352,11 +353,10 @@ def _measure(
         conditions = float(np.linalg.cond(module.mass_matrix(*arguments))), float(module.condition(*arguments))
     else:
         conditions = exact.mass_conditions(values)
-    found = []
+    found, largest = [], _ball(np.finfo(dtype).max)  # type: ignore[arg-type]
     for name in chosen:
         singular = name in SOLVED and conditions[1] == math.inf
         balls = [] if singular else exact.values(name, values)
-        largest = _ball(np.finfo(dtype).max)  # type: ignore[arg-type]
         if math.isfinite(conditions[0]) and any(abs(ball) > largest for ball in balls):
             continue  # no number of the type is right
         condition = exact.condition(name, values) if not singular and len(exact.links) <= MOST_LINKS else 0.0

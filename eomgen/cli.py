@@ -75,8 +75,7 @@ def main(arguments: list[str] | None = None) -> int:
 
             traceback.print_exc()
         else:
-            over = "\r\x1b[K" if sys.stderr.isatty() else ""  # what was being done
-            print(f"{over}eomgen: error: {error}", file=sys.stderr)
+            print(f"eomgen: error: {error}", file=sys.stderr)
         return error.exit_code
     except KeyboardInterrupt:
         print("eomgen: interrupted", file=sys.stderr)
@@ -244,21 +243,22 @@ def compile_(options: argparse.Namespace) -> int:
     from eomgen.pipeline import compile as compile_scene
 
     scene = _scene(options)
-    module = compile_scene(
-        scene,
-        method=options.method,
-        backend=options.backend,
-        out=options.out,
-        fold=options.fold,
-        dtypes=_names(options.dtypes) or [],
-        functions=_names(options.functions),
-        force=options.force,
-        portable=options.portable,
-        loops=options.loops,
-        solver=options.solver,
-        accuracy=options.accuracy,
-        progress=report.progress,
-    )
+    with report.progressing() as progress:
+        module = compile_scene(
+            scene,
+            method=options.method,
+            backend=options.backend,
+            out=options.out,
+            fold=options.fold,
+            dtypes=_names(options.dtypes) or [],
+            functions=_names(options.functions),
+            force=options.force,
+            portable=options.portable,
+            loops=options.loops,
+            solver=options.solver,
+            accuracy=options.accuracy,
+            progress=progress,
+        )
     print(report.compiled(module, in_cache=options.out is None))
     return 0
 
@@ -304,7 +304,8 @@ def verify(options: argparse.Namespace) -> int:
         certify(None, options)
         return 0
     scene = _scene(options)
-    result = verify_scene(scene, backends=options.backend, states=options.states, progress=report.progress)
+    with report.progressing() as progress:
+        result = verify_scene(scene, backends=options.backend, states=options.states, progress=progress)
     print(report.verification(result))
     if options.certify:
         certify(scene, options)
@@ -325,13 +326,14 @@ def certify(scene: Scene | None, options: argparse.Namespace) -> None:
     from eomgen.errors import CheckError
 
     cases = hard.cases() if scene is None else hard.cases_of(scene)
-    found = measure(
-        cases,
-        backends=options.backend or ("c", "numpy"),
-        names=_names(options.functions),
-        dtypes=_names(options.dtypes) or ("float64",),
-        progress=report.progress,
-    )
+    with report.progressing() as progress:
+        found = measure(
+            cases,
+            backends=options.backend or ("c", "numpy"),
+            names=_names(options.functions),
+            dtypes=_names(options.dtypes) or ("float64",),
+            progress=progress,
+        )
     print(("" if scene is None else "\n") + report.certificates(found))
     if options.json:
         text = json.dumps(as_rows(found), indent=1, allow_nan=False) + "\n"

@@ -504,7 +504,7 @@ class _Builder:
         What depends on parameters only is left to the hoisting pass.
         """
         kept: dict[Node, Place] = {}
-        left = invariant(reachable(wanted, loads), loads, "p")
+        left = invariant(reachable(wanted, loads), loads, {"p"})
         for node in reachable(wanted, {**loads, **run.computed}):
             if node in loads or node not in run.computed or node in left:
                 continue

@@ -13,6 +13,7 @@ from typing import Any
 
 from eomgen import backends, choice, delivery, frontends, functions, passes, regularity, sensitivity
 from eomgen.backends import cache
+from eomgen.backends.package import BELONGS_TO
 from eomgen.errors import OptionError, UnsupportedError, shown, unknown
 from eomgen.frontends.mechanism import Mechanism, MechanismEquations
 from eomgen.ir.count import program_operations
@@ -131,7 +132,7 @@ def compile(
     """
     watch = Stopwatch(progress)
     target = backends.select(backend)
-    kinds = _dtypes(dtypes)
+    kinds = check_dtypes(dtypes)
     _check_accuracy(accuracy, backend, kinds)
     if isinstance(scene, Equations):
         _check_equations(scene, method, fold)
@@ -168,7 +169,7 @@ def on_request(module: ModuleType, name: str) -> Any:
         module: a module of a scene.
         name: "jacobian", "parameter_jacobian", "regressor", or "b" and "b_names" of the regressor.
     """
-    function = "regressor" if name in ("b", "b_names") else name
+    function = BELONGS_TO.get(name, name)
     scene = Scene.from_dict(module.scene)
     fold, dtypes, options = not len(module.p), module.info["dtypes"], module.info["options"]
     built = compile(scene, module.method, module.backend, None, fold, dtypes, [function], **options)
@@ -247,7 +248,12 @@ def _check_accuracy(accuracy: str, backend: str, dtypes: tuple[str, ...]) -> Non
         )
 
 
-def _dtypes(dtypes: Sequence[str]) -> tuple[str, ...]:
+def check_dtypes(dtypes: Sequence[str]) -> tuple[str, ...]:
+    """Number types once each, the narrowest first.
+
+    Raises:
+        OptionError: there is no such type, or none is given.
+    """
     chosen = [dtypes] if isinstance(dtypes, str) else [str(dtype) for dtype in dtypes]
     for dtype in chosen:
         if dtype not in DTYPES:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from types import ModuleType
 
 from eomgen import backends, pipeline
@@ -30,6 +31,15 @@ def clear() -> None:
     _status("")
 
 
+@contextmanager
+def progressing() -> Iterator[pipeline.Progress]:
+    """`progress` for some work, taken away when it ends or fails."""
+    try:
+        yield progress
+    finally:
+        clear()
+
+
 def _status(text: str) -> None:
     if sys.stderr.isatty():
         sys.stderr.write(f"\r\x1b[K{text}")
@@ -52,7 +62,6 @@ def table(rows: Sequence[Sequence[str]], header: Sequence[str]) -> str:
 
 def compiled(module: ModuleType, in_cache: bool) -> str:
     """Where a module is, what it offers, how long it took, and three lines that run."""
-    clear()
     info, folder = module.info, os.path.dirname(module.__file__ or "")
     rows = [
         [
@@ -190,7 +199,6 @@ def latex(equations: Equations) -> str:
 
 def verification(result: Verification) -> str:
     """The tables of `eomgen verify`."""
-    clear()
     methods = list(result.programs)
     rows = [
         [quantity, *("identical" if same else "DIFFERENT" for same in row.values())]
@@ -219,7 +227,6 @@ def verification(result: Verification) -> str:
 
 def certificates(found: Sequence[Certificate]) -> str:
     """For each type a table of forward dynamics by case, and one of the other functions in their worst cases."""
-    clear()
     parts = []
     for dtype in dict.fromkeys(item.dtype for item in found):
         items = [item for item in found if item.dtype == dtype]

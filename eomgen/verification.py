@@ -158,8 +158,9 @@ def _errors(equations: Equations, module: Any, method: str, backend: str, states
     n = len(equations.q)
     parameters = np.array([parameter.value for parameter in scene.parameters])
     for name in functions.select(equations, None):
-        letters = [array.name for array in functions.program(equations, name).inputs]
-        nodes = list(functions.FUNCTIONS[name].build(equations))
+        function = functions.FUNCTIONS[name]
+        letters = [array.name for array in functions.inputs(equations.symbols, function)]
+        nodes = list(function.build(equations))
         slots = equations.symbols.slots
         worst, bound = 0.0, 8.0 * n
         for seed in range(states):

@@ -12,15 +12,11 @@ from eomgen.ir.expr import Node, reachable
 
 
 def partials(node: Node) -> tuple[Node, ...]:
-    """The derivative of an operation with respect to each operand."""
+    """The derivative of an operation with respect to each operand; sums and products are up to the tape."""
     graph, args = node.graph, node.args
     match node.op:
-        case "add":
-            return graph.one, graph.one
         case "sub":
             return graph.one, graph.constant(-1)
-        case "mul":
-            return args[1], args[0]
         case "div":
             return 1 / args[1], -(node / args[1])
         case "neg":

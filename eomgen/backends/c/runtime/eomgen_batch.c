@@ -66,6 +66,18 @@ static int eom_operands(const eom_function *f, char **args, const intptr_t *step
     return total;
 }
 
+/* Arrays of a trajectory, per state: q, v, q and v of a stage, what a method keeps of its stages (times n), u, w, w of a
+ * stage, work. Returns the sum of their sizes. */
+enum { EOM_TRAJECTORY_ARRAYS = 9 };
+static size_t eom_trajectory_sizes(const eom_function *f, int kept, int *sizes)
+{
+    int n = f->rows[0], prescribed = f->inputs > 3 ? 3 * f->rows[3] : 0;
+    const int all[EOM_TRAJECTORY_ARRAYS] = {n, n, n, n, kept * n, f->rows[2], prescribed, prescribed, f->work};
+    size_t sum = 0;
+    for (int i = 0; i < EOM_TRAJECTORY_ARRAYS; i++) sum += sizes[i] = all[i];
+    return sum;
+}
+
 #define EOM_PASTE_(a, b) a##b
 #define EOM_PASTE(a, b) EOM_PASTE_(a, b)
 

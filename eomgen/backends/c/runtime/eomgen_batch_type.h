@@ -528,7 +528,7 @@ static void FN(eom_rollout)(char **args, const intptr_t *dimensions, const intpt
     const eom_kernels *kernels = &f->EOM_TYPE;
     intptr_t states = dimensions[0], intervals = dimensions[2];
     if (states <= 0 || intervals <= 0) return;
-    int inputs = f->inputs, n = f->rows[0], k = inputs > 3 ? f->rows[3] : 0, operands = inputs + 5;
+    int inputs = f->inputs, n = f->rows[0], operands = inputs + 5;
     const intptr_t *inner = steps + operands;
     intptr_t next[EOM_MAX_INPUTS + 2] = {0};
     eom_operand operand[EOM_MAX_INPUTS] = {{0}}, dt, result[2], *p_operand = &operand[inputs];
@@ -554,8 +554,9 @@ static void FN(eom_rollout)(char **args, const intptr_t *dimensions, const intpt
     int side_by_side = EOM_WIDTH > 1 && kernels->lanes && !fresh && states > EOM_WIDTH / 2 && method != EOM_DOP853;
     int lanes = side_by_side ? streams * EOM_WIDTH : 1, kept = method == EOM_DOP853 ? 2 * EOM_DOP853_ROWS : 4;
     int raised = fetestexcept(FE_ALL_EXCEPT), lost = 0;
-    size_t each = (size_t)(4 + kept) * n + f->rows[2] + 6 * k + f->work, bytes;
-    bytes = (each * lanes + f->constants + p_operand->size + 64) * sizeof(SCALAR);
+    int sizes[EOM_TRAJECTORY_ARRAYS];
+    size_t each = eom_trajectory_sizes(f, kept, sizes);
+    size_t bytes = (each * lanes + f->constants + p_operand->size + 64) * sizeof(SCALAR);
     SCALAR *buffer = aligned_alloc(64, (bytes + 63) / 64 * 64);
     if (!buffer) {
         for (int i = 0; i < 2; i++)
@@ -566,10 +567,10 @@ static void FN(eom_rollout)(char **args, const intptr_t *dimensions, const intpt
         return;
     }
     SCALAR *c = buffer + each * lanes, *p_copy = c + f->constants;
-    EOM_PASTE(FN(eom_trajectory), _one) one = EOM_PASTE(FN(eom_lay_out), _one)(f, kernels->one, p_copy, c, 1, kept, buffer);
+    EOM_PASTE(FN(eom_trajectory), _one) one = EOM_PASTE(FN(eom_lay_out), _one)(f, kernels->one, p_copy, c, 1, sizes, buffer);
 #if EOM_WIDTH > 1
     EOM_PASTE(FN(eom_trajectory), _lanes) side =
-        EOM_PASTE(FN(eom_lay_out), _lanes)(f, kernels->lanes, p_copy, c, streams, kept, (VECTOR *)buffer);
+        EOM_PASTE(FN(eom_lay_out), _lanes)(f, kernels->lanes, p_copy, c, streams, sizes, (VECTOR *)buffer);
 #endif
     for (intptr_t state = 0; state < states; state += lanes) {
         if (state == 0 || fresh) {

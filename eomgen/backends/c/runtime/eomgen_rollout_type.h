@@ -14,16 +14,16 @@ typedef struct {
     REAL *q, *v, *u, *w, *stage_q, *stage_v, *stage_w, *a, *work;
 } RN(eom_trajectory);
 
-/* A trajectory of as many states as `streams` reals hold, its arrays one after the other in a buffer. */
+/* A trajectory of as many states as `streams` reals hold, its arrays one after the other in a buffer; `sizes` are theirs
+ * per state. */
 static RN(eom_trajectory) RN(eom_lay_out)(const eom_function *f, void (*kernel)(void), const SCALAR *p, const SCALAR *c,
-                                          int streams, int kept, REAL *buffer)
+                                          int streams, const int *sizes, REAL *buffer)
 {
     int n = f->rows[0], k = f->inputs > 3 ? f->rows[3] : 0;
     RN(eom_trajectory) x = {.kernel = kernel, .p = p, .c = c, .n = n, .k = k, .streams = streams};
-    REAL **arrays[] = {&x.q, &x.v, &x.stage_q, &x.stage_v, &x.a, &x.u, &x.w, &x.stage_w, &x.work};
-    const int sizes[] = {n, n, n, n, kept * n, f->rows[2], 3 * k, 3 * k, f->work};
+    REAL **arrays[EOM_TRAJECTORY_ARRAYS] = {&x.q, &x.v, &x.stage_q, &x.stage_v, &x.a, &x.u, &x.w, &x.stage_w, &x.work};
     for (int i = 0; i <= f->inputs; i++) x.places[i] = (eom_place){WIDTH * streams, (uintptr_t)buffer};
-    for (int i = 0; i < 9; i++) {
+    for (int i = 0; i < EOM_TRAJECTORY_ARRAYS; i++) {
         *arrays[i] = buffer;
         buffer += sizes[i] * streams;
     }
